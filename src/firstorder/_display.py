@@ -29,7 +29,7 @@ ROWS = 40  # of a table that are printed; of more the first and the last
 
 
 def in_print(self: Any) -> str:
-    """A module with the numbers of its small arrays; a class takes it as its `__repr__`.
+    """A pytree with the numbers of its small arrays; a named tuple takes it as its `__repr__`.
 
     Example:
         >>> from firstorder.transport import Travel
@@ -37,6 +37,22 @@ def in_print(self: Any) -> str:
         Travel(d=2)
     """
     return eqx.tree_pformat(jax.tree.map(_with_numbers, self))
+
+
+class Module(eqx.Module):
+    """Equinox's module, whose small arrays print their numbers: the base of every class of ours.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder._display import Module
+        >>> class Place(Module):
+        ...     x: float
+        ...     n: jnp.ndarray
+        >>> Place(0.5, jnp.asarray([0.6, 0.8]))
+        Place(x=0.5, n=[0.6, 0.8])
+    """
+
+    __repr__ = in_print
 
 
 def table(lines: Sequence[str]) -> str:

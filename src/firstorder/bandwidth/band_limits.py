@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_not_negative, check_shape
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
 from firstorder.fields.environment import Environment, Harmonics
@@ -46,7 +46,7 @@ LEVEL = 1e-3
 # --- the set -----------------------------------------------------------------------------------
 
 
-class BandLimit(eqx.Module):
+class BandLimit(Module):
     """All frequencies `sum_i g_i s_i` with `|s_i| <= bound_i` and `|rows s| <= limits`.
 
     A zonotope cut by slabs, symmetric about zero as the spectrum of real light is. It is closed
@@ -74,8 +74,6 @@ class BandLimit(eqx.Module):
     rows: Float[Array, "q m"]
     limits: Float[Array, " q"]
     frame: Frame = eqx.field(static=True, default=FLATLAND)
-
-    __repr__ = in_print
 
     @classmethod
     def box(cls, half_widths, frame: Frame = FLATLAND) -> BandLimit:

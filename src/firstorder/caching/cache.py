@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder._argument_checks import check_positive
-from firstorder._display import Axes, as_picture, drawn, in_print
+from firstorder._display import Axes, Module, as_picture, drawn, in_print
 from firstorder._labelled import DataFrame, data_frame
 from firstorder.caching._columns import columns_of, printed, records_of, units_of
 from firstorder.caching._records import checked_order, distance, kept, turning, weights
@@ -85,7 +85,7 @@ class Lookup(NamedTuple):
     __repr__ = in_print
 
 
-class Cache(eqx.Module):
+class Cache(Module):
     """Records along a line or on a plane; called with places, it answers with irradiance.
 
     `E(x) = sum_i w_i T_i(x - x_i) / sum_i w_i` over the records that reach x, those whose error
@@ -130,8 +130,6 @@ class Cache(eqx.Module):
     region: ValidityRegion
     order: int = eqx.field(static=True, default=1)
     fade: bool = eqx.field(static=True, default=False)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a cache that could not answer."""

@@ -16,14 +16,14 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import check_finite, check_shape, is_concrete
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.typing import as_float
 
 BLOCK = 4096  # places differentiated at a time
 NAMES = ("value", "gradient", "hessian", "third")
 
 
-class Candidates(eqx.Module):
+class Candidates(Module):
     """Candidate records at places along a line (d = 1) or on a plane (d = 2).
 
     Attributes:
@@ -46,8 +46,6 @@ class Candidates(eqx.Module):
     tilt: Float[Array, "m d"] | None
     minimum: Float[Array, " m"]
     harmonic: Float[Array, " m"]
-
-    __repr__ = in_print
 
     @staticmethod
     def of(

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -17,6 +16,7 @@ from jaxtyping import Array, ArrayLike, Float
 from scipy import ndimage, optimize
 
 from firstorder._argument_checks import check_count, check_positive
+from firstorder._display import Module
 from firstorder.caching._records import checked_order
 from firstorder.caching.cache import taylor
 from firstorder.caching.candidates import Candidates, _as_number
@@ -94,7 +94,7 @@ def _checked(definition: str, records: Candidates, order: int, breaks: tuple) ->
     records.derivative(checked_order(order))
 
 
-class _Rule(eqx.Module):
+class _Rule(Module):
     """Quadrature of a definition of error."""
 
     order: int

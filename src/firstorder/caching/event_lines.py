@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import check_not_negative, check_positive, is_concrete, nan_unless
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.caching.discontinuities import _checked, _radius_of_error
 from firstorder.caching.radii import _coefficient, _law
 from firstorder.caching.regions import _checked_limits
@@ -34,7 +34,7 @@ def _floats_or_none(a: ArrayLike | None) -> Array | None:
     return None if a is None else as_float(a)
 
 
-class EventLines(eqx.Module):
+class EventLines(Module):
     """Straight pieces of lines on a plane, and how much derivatives jump across them.
 
     Attributes:
@@ -59,8 +59,6 @@ class EventLines(eqx.Module):
     kink: Float[Array, " n"] = eqx.field(converter=as_float)
     bend: Float[Array, " n"] = eqx.field(converter=as_float)
     root: Float[Array, " n"] | None = eqx.field(converter=_floats_or_none, default=None)
-
-    __repr__ = in_print
 
     def __check_init__(self) -> None:
         n = len(self.kink)

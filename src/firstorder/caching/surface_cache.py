@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder._argument_checks import check_positive, check_shape
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.caching._records import (
     checked_order,
     checked_visits,
@@ -161,7 +161,7 @@ def fill_surface(at: Receiver, radius: ArrayLike, visits: Indices) -> Bool[np.nd
     return records
 
 
-class SurfaceCache(eqx.Module):
+class SurfaceCache(Module):
     """Records on surfaces of any shape; asked for receivers, it answers with irradiance.
 
     `E = sum_i w_i T_i(u_i) / sum_i w_i` over the records whose error `|x - x_i| / R_i + sin(turn)`
@@ -201,8 +201,6 @@ class SurfaceCache(eqx.Module):
     derivatives: Derivatives
     radius: Float[Array, " r"]
     order: int = eqx.field(static=True, default=1)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a cache that could not answer."""

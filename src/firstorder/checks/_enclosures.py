@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from firstorder._display import Module
 from firstorder.checks._interval import (
     Interval,
     anything,
@@ -32,7 +32,7 @@ from firstorder.flatland.shapes.kinds import Arcs, Circles, Segments
 from firstorder.scene._intersect import numbered
 
 
-class Straight(eqx.Module):
+class Straight(Module):
     """All segments of a scene, and their numbers in it."""
 
     start: Float[Array, "s 2"]
@@ -40,7 +40,7 @@ class Straight(eqx.Module):
     number: Int[Array, " s"]
 
 
-class Round(eqx.Module):
+class Round(Module):
     """All circles and arcs of a scene, and their numbers in it.
 
     Attributes:

@@ -8,14 +8,15 @@ says that nothing is known: comparisons ask for what is sure, and NaN makes noth
 
 from __future__ import annotations
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool
+
+from firstorder._display import Module
 
 TURNED = 4.0  # units of eps, absolute, by which a sine or a cosine may be wrong
 
 
-class Interval(eqx.Module):
+class Interval(Module):
     """Numbers that are known to lie between two others; arrays of any one shape.
 
     Attributes:

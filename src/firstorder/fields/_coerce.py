@@ -11,6 +11,7 @@ import jax
 import numpy as np
 
 from firstorder._argument_checks import what
+from firstorder._display import Module
 from firstorder.conventions import UNSTATED, Frame
 from firstorder.fields.field import Constant, Field, Function
 from firstorder.typing import as_float
@@ -19,7 +20,7 @@ FieldLike: TypeAlias = Any
 """A field, a plain function of the coordinates (or of one of them), or a number."""
 
 
-class Plain(eqx.Module):
+class Plain(Module):
     """A plain callable as a function of all coordinates, whatever kind of number it returns.
 
     Args:

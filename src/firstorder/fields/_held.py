@@ -8,8 +8,10 @@ from typing import Any
 
 import equinox as eqx
 
+from firstorder._display import Module
 
-class Held(eqx.Module):
+
+class Held(Module):
     """A module that is equal to itself alone, as functions are; and so are its methods.
 
     Equinox compares modules, and methods bound to them, by their arrays, which have no hash: JAX
@@ -23,7 +25,8 @@ class Held(eqx.Module):
         (1.0, 1.0)
     """
 
-    __hash__ = object.__hash__
+    def __hash__(self) -> int:
+        return object.__hash__(self)
 
     def __eq__(self, other: object) -> bool:
         return self is other
@@ -34,7 +37,7 @@ class Held(eqx.Module):
         return Method(found.__func__, self) if bound and not name.startswith("__") else found
 
 
-class Method(eqx.Module):
+class Method(Module):
     """A function and the module whose method it is.
 
     Attributes:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
+from firstorder._display import Module
 from firstorder.conventions import fourier_kernel
 from firstorder.fields.spectrum import Grid
 
 
-class Series(eqx.Module):
+class Series(Module):
     """`g(u) = sum_k coefficients_k exp(2 pi i frequencies_k . u)` on a box.
 
     On that box the factor equals its periodic continuation, so for a field that vanishes outside

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder._argument_checks import check_shape
-from firstorder._display import in_notebook, in_print
+from firstorder._display import Module, in_notebook
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid
 from firstorder.numerics._batching import batched
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from firstorder.fields.field import Field
 
 
-class Covariance(eqx.Module):
+class Covariance(Module):
     """Second-moment matrix of a power spectrum, in (cycles per unit)^2.
 
     Example:
@@ -38,7 +38,6 @@ class Covariance(eqx.Module):
     matrix: Matrix
     frame: Frame = eqx.field(static=True, default=Frame())
 
-    __repr__ = in_print
     _repr_markdown_ = in_notebook
 
 

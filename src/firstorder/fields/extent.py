@@ -6,13 +6,13 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.typing import Scalar, as_float
 
 FAR = 8.5  # standard deviations beyond which a bell is below 1e-15 of its height
 
 
-class Extent(eqx.Module):
+class Extent(Module):
     """Bells widened by segments: the part of ray space in which a light field does not vanish.
 
     The light of one part lies within `center + b + sum_k t_k sides_k`, with b inside the ellipsoid
@@ -35,8 +35,6 @@ class Extent(eqx.Module):
     center: Float[Array, "p n"] = eqx.field(converter=as_float)
     spread: Float[Array, "p n n"] = eqx.field(converter=as_float)
     sides: Float[Array, "p k n"] = eqx.field(converter=as_float)
-
-    __repr__ = in_print
 
     @classmethod
     def bell(cls, center: Float[Array, " n"], spread: Float[Array, "n n"]) -> Extent:

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_one, what
-from firstorder._display import Axes, as_picture, drawn, in_print
+from firstorder._display import Axes, Module, as_picture, drawn
 from firstorder.conventions import UNSTATED, Frame
 from firstorder.errors import Refused
 from firstorder.fields._held import Held
@@ -47,7 +47,6 @@ class Field(Held):
 
     frame: eqx.AbstractVar[Frame]
 
-    __repr__ = in_print
     _repr_html_ = as_picture
 
     def __init_subclass__(cls, **named):
@@ -231,7 +230,7 @@ def _relabelled(tree, frame: Frame):
     return copy
 
 
-class Edge(eqx.Module):
+class Edge(Module):
     """A curve in ray space on which a field jumps.
 
     The edge is the zero set of `level`; `jump` is the value on the side where `level > 0` minus
@@ -253,8 +252,6 @@ class Edge(eqx.Module):
 
     level: Field
     jump: Field
-
-    __repr__ = in_print
 
     def crossing(self, u: Ray, axis: int, lower: Scalar, upper: Scalar) -> Jet:
         """Point at which the edge meets the line through `u` along `axis`, as a jet in `u`.

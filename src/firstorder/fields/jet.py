@@ -7,13 +7,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._display import in_notebook, in_print
+from firstorder._display import Module, in_notebook
 from firstorder._labelled import DataFrame, Dataset, derivatives_frame, derivatives_set
 from firstorder.conventions import Frame
 from firstorder.typing import as_float
 
 
-class Jet(eqx.Module):
+class Jet(Module):
     """Value, gradient and Hessian of a light field at one ray (or at a batch of rays).
 
     `f(u + h) = value + gradient . h + h . hessian . h / 2 + O(h^3)`.
@@ -33,7 +33,6 @@ class Jet(eqx.Module):
     hessian: Float[Array, "*b n n"]
     frame: Frame = eqx.field(static=True, default=Frame())
 
-    __repr__ = in_print
     _repr_markdown_ = in_notebook
 
     def __add__(self, other: Jet) -> Jet:

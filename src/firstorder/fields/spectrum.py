@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from firstorder._argument_checks import check_integer, check_positive, check_shape
-from firstorder._display import Axes, drawn, in_notebook_with_picture, in_print
+from firstorder._display import Axes, Module, drawn, in_notebook_with_picture
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.errors import Refused
 from firstorder.fields._held import Held
@@ -38,7 +38,6 @@ class Spectrum(Held):
 
     frame: eqx.AbstractVar[Frame]
 
-    __repr__ = in_print
     _repr_markdown_ = in_notebook_with_picture
 
     @abc.abstractmethod
@@ -152,7 +151,7 @@ class SumSpectrum(Spectrum):
         return total
 
 
-class Grid(eqx.Module):
+class Grid(Module):
     """Regular samples: `size[i]` points of spacing `step[i]` about `center[i]`, even or odd.
 
     As the `window` of a spectrum a grid is a box and a count: the box must hold the light along
@@ -179,8 +178,6 @@ class Grid(eqx.Module):
     size: tuple[int, ...] = eqx.field(static=True)
     step: tuple[float, ...] = eqx.field(static=True)
     center: tuple[float, ...] = eqx.field(static=True, default=())
-
-    __repr__ = in_print
 
     def __post_init__(self):
         """Fill in the centre at the origin."""

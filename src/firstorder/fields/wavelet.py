@@ -8,14 +8,14 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_shape
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import Frame
 from firstorder.fields._haar import haar_matrix
 from firstorder.fields.field import Field
 from firstorder.fields.spectrum import Grid
 
 
-class Wavelet(eqx.Module):
+class Wavelet(Module):
     """Haar coefficients of cell averages, normalised in L2 of the grid's box.
 
     `f = sum_ij F_ij psi_i(x) psi_j(theta)` with `int psi_i psi_k = delta_ik`.
@@ -24,8 +24,6 @@ class Wavelet(eqx.Module):
     coefficients: Float[Array, "..."]
     grid: Grid
     frame: Frame = eqx.field(static=True, default=Frame())
-
-    __repr__ = in_print
 
     @classmethod
     def of(cls, field: Field, grid: Grid) -> Wavelet:

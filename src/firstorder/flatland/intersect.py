@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes.kinds import Curves
 from firstorder.numerics._batching import in_batches
@@ -17,7 +16,7 @@ from firstorder.scene._arguments import rays_of
 from firstorder.scene._intersect import BLOCK, MISS
 
 
-class Hits(eqx.Module):
+class Hits(Module):
     """First hits of rays.
 
     Attributes:
@@ -29,8 +28,6 @@ class Hits(eqx.Module):
     t: Float[Array, "*r"]
     index: Int[Array, "*r"]
     s: Float[Array, "*r"]
-
-    __repr__ = in_print
 
 
 @compiled

@@ -8,11 +8,11 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_finite, check_not_negative, not_negative
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.flatland.shapes._base import column, rows
 
 
-class PointLights(eqx.Module):
+class PointLights(Module):
     """Lights without size, of the same intensity in all directions: `E = I cos(theta) / r`.
 
     Args:
@@ -32,8 +32,6 @@ class PointLights(eqx.Module):
 
     position: Float[Array, "p 2"] = eqx.field(converter=lambda p: rows(p))
     intensity: Float[Array, "p *bands"] = eqx.field(converter=lambda i: not_negative(column(i)))
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse light that is no light."""

@@ -5,12 +5,11 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, ClassVar
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.flatland.shapes.kinds import Shape
 from firstorder.numerics._planar import dot_2d, left
 from firstorder.scene._arguments import check_kind
@@ -18,7 +17,7 @@ from firstorder.scene._primitives import checked, each, sides
 from firstorder.scene._sides import facing_point, turned_to
 
 
-class Material(eqx.Module):
+class Material(Module):
     """Emission and reflection of shapes, front and back; one row for each shape.
 
     Emission and albedo may have a last axis of bands.
@@ -40,8 +39,6 @@ class Material(eqx.Module):
     specular: Float[Array, " n"]
     exponent: Float[Array, " n"]
     ior: Float[Array, " n"]
-
-    __repr__ = in_print
 
 
 @dataclasses.dataclass(frozen=True)

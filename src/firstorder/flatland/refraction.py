@@ -22,7 +22,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder._argument_checks import check_finite, check_not_negative, nan_unless, not_negative
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
 from firstorder.flatland.scene import Scene
@@ -39,7 +39,7 @@ BISECTIONS = 48
 Path = Sequence[tuple[int, str]]
 
 
-class PointSource(eqx.Module):
+class PointSource(Module):
     """A point light; q is the world angle of a ray, counter-clockwise from +y [rad].
 
     Args:
@@ -60,8 +60,6 @@ class PointSource(eqx.Module):
     position: Float[Array, "2"] = eqx.field(converter=as_float)
     power: Float[Array, ""] = eqx.field(default=1.0, converter=lambda p: not_negative(as_float(p)))
 
-    __repr__ = in_print
-
     def __check_init__(self):
         """Refuse light that is no light."""
         check_finite("position", self.position)
@@ -72,7 +70,7 @@ class PointSource(eqx.Module):
         return self.position, direction(q)
 
 
-class Beam(eqx.Module):
+class Beam(Module):
     """Parallel light; q is the offset of a ray to the right of the middle one [m].
 
     Args:
@@ -94,8 +92,6 @@ class Beam(eqx.Module):
     angle: Float[Array, ""] = eqx.field(converter=as_float)
     power: Float[Array, ""] = eqx.field(default=1.0, converter=lambda p: not_negative(as_float(p)))
 
-    __repr__ = in_print
-
     def __check_init__(self):
         """Refuse light that is no light."""
         check_finite("position", self.position)
@@ -107,7 +103,7 @@ class Beam(eqx.Module):
         return self.position + q * across, direction(self.angle)
 
 
-class RayEnd(eqx.Module):
+class RayEnd(Module):
     """The end of a ray.
 
     Attributes:
@@ -123,8 +119,6 @@ class RayEnd(eqx.Module):
     s: Float[Array, ""]
     share: Float[Array, ""]
     ok: Bool[Array, ""]
-
-    __repr__ = in_print
 
 
 def fresnel_reflectance(eta: ArrayLike, cosine: ArrayLike) -> Array:
@@ -242,7 +236,7 @@ def _met(scene: Scene, which, origin, along, on):
     return origin + jnp.where(there, t, 0.0) * along, jnp.where(there, s, 0.0), there
 
 
-class Caustic(eqx.Module):
+class Caustic(Module):
     """A light, the path of its rays, and the receiver that they reach.
 
     Args:
@@ -272,8 +266,6 @@ class Caustic(eqx.Module):
     low: float = eqx.field(static=True, converter=float)
     high: float = eqx.field(static=True, converter=float)
     samples: int = eqx.field(static=True, default=256)
-
-    __repr__ = in_print
 
     def arrive(self, q: ArrayLike) -> RayEnd:
         """End of the ray q."""

@@ -23,7 +23,7 @@ from firstorder._argument_checks import (
     check_one,
     is_concrete,
 )
-from firstorder._display import Axes, as_picture, drawn, in_print
+from firstorder._display import Axes, Module, as_picture, drawn
 from firstorder.flatland.point_lights import PointLights
 from firstorder.flatland.primitives import Material, Primitive
 from firstorder.flatland.shapes._bounds import bounds
@@ -49,7 +49,7 @@ from firstorder.typing import as_float
 KINDS = (Segments, Arcs, Circles, Ellipses, Curves)
 
 
-class _FunctionSky(eqx.Module):
+class _FunctionSky(Module):
     """A plain function of the angle as an environment, with the angles at which it jumps."""
 
     radiance: Callable[[Array], Array]
@@ -65,7 +65,7 @@ def _breaks_of(environment: Any) -> Array | None:
     return None if breaks is None else as_float(breaks)
 
 
-class Frenet(eqx.Module):
+class Frenet(Module):
     """A point of a curve and its frame: the local x runs along `tangent`, y along `normal`.
 
     Attributes:
@@ -83,11 +83,9 @@ class Frenet(eqx.Module):
     speed: Float[Array, ""]
     kappa: Float[Array, ""]
 
-    __repr__ = in_print
-
 
 @made_elsewhere
-class Scene(eqx.Module):
+class Scene(Module):
     """Shapes with materials, point lights and a distant environment.
 
     Make one with `Scene.of`. It may be built inside a jitted or differentiated function.

@@ -23,7 +23,7 @@ from firstorder._argument_checks import (
     not_negative,
     traced_nan_unless,
 )
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.scene._bands import by_band
 from firstorder.typing import as_float
 
@@ -40,7 +40,7 @@ def _width(sigma: Any) -> Array:
     return traced_nan_unless(lambda a: a > 0.0, as_float(sigma))
 
 
-class ConstantSky(eqx.Module):
+class ConstantSky(Module):
     """A sky of one radiance in every direction.
 
     Args:
@@ -59,8 +59,6 @@ class ConstantSky(eqx.Module):
 
     radiance: Float[Array, "*bands"] = eqx.field(converter=_radiance, default=1.0)
 
-    __repr__ = in_print
-
     def __check_init__(self):
         """Refuse darkness below zero."""
         check_one_or_bands("radiance", self.radiance)
@@ -77,7 +75,7 @@ class ConstantSky(eqx.Module):
         return jnp.zeros(0, self.radiance.dtype)
 
 
-class GaussianSky(eqx.Module):
+class GaussianSky(Module):
     """Light that is brightest in one direction and falls off as a Gaussian, wrapped once around.
 
     `L(a) = radiance sum_k exp(-(a - center + 2 pi k)^2 / (2 sigma^2))`, which is smooth on the
@@ -110,8 +108,6 @@ class GaussianSky(eqx.Module):
     sigma: Float[Array, ""] = eqx.field(converter=_width, default=0.5)
     radiance: Float[Array, "*bands"] = eqx.field(converter=_radiance, default=1.0)
 
-    __repr__ = in_print
-
     def __check_init__(self):
         """Refuse what is no Gaussian."""
         check_finite("center", self.center)
@@ -134,7 +130,7 @@ class GaussianSky(eqx.Module):
         return jnp.zeros(0, self.sigma.dtype)
 
 
-class PanoramaSky(eqx.Module):
+class PanoramaSky(Module):
     """A panorama: radiances in equal columns once around the horizon, left to right.
 
     The middle of the row is straight up (+y, angle 0); to the right of it lies +x, as on a map that
@@ -163,8 +159,6 @@ class PanoramaSky(eqx.Module):
 
     values: Float[Array, "n *bands"] = eqx.field(converter=_radiance)
     smooth: bool = eqx.field(static=True, default=False)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is too short to go around."""

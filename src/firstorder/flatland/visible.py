@@ -28,7 +28,7 @@ from firstorder._argument_checks import (
     nan_unless,
     warn_of_degrees,
 )
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import direction
 from firstorder.flatland import _depth_order
 from firstorder.flatland.intersect import first_shape
@@ -56,7 +56,7 @@ HORIZON = 0.5 * jnp.pi
 
 
 @made_elsewhere
-class Receiver(eqx.Module):
+class Receiver(Module):
     """A point that light falls on, and the angle of its normal.
 
     Args:
@@ -193,7 +193,7 @@ class Receiver(eqx.Module):
         return Receiver(position, self.n + u[2], self.on)
 
 
-class View(eqx.Module):
+class View(Module):
     """The hemicircle above a receiver, cut into gaps.
 
     Attributes:
@@ -204,8 +204,6 @@ class View(eqx.Module):
 
     angles: Float[Array, " m_1"]
     seen: Int[Array, " m"]
-
-    __repr__ = in_print
 
 
 def receiver(scene: Scene, index: ArrayLike, s: ArrayLike) -> Receiver:

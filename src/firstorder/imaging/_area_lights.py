@@ -31,7 +31,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.imaging._lamps import Direction, SampledLight
 from firstorder.imaging._reflection import SurfacePoint, half_turn, mirrored
 from firstorder.imaging.camera import PixelFootprint
@@ -41,7 +41,7 @@ from firstorder.typing import Scalar, as_float
 Shares = Float[Array, " k"]
 
 
-class SurfaceReflectance(eqx.Module):
+class SurfaceReflectance(Module):
     """Reflectance of a surface: a diffuse share, and a lobe about the mirrored direction.
 
     Attributes:
@@ -61,10 +61,8 @@ class SurfaceReflectance(eqx.Module):
     exponent: Scalar = eqx.field(converter=as_float, default=1.0)
     slope: Direction = eqx.field(converter=as_float, default=(0.0, 0.0, 0.0))
 
-    __repr__ = in_print
 
-
-class LobeRadiance(eqx.Module):
+class LobeRadiance(Module):
     """Light that one lobe sends to the eye, and its gradient, term by term.
 
     Attributes:
@@ -249,7 +247,7 @@ def at_limb(tau: Any, before: Any, hidden: Any) -> Any:
 # --- nodes ---------------------------------------------------------------------------------------
 
 
-class _Sent(eqx.Module):
+class _Sent(Module):
     """Contributions of the nodes without blockers, and those over each of their factors."""
 
     d: Float[Array, "k 3"]

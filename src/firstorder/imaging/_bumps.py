@@ -14,14 +14,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_finite, check_positive
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid
 from firstorder.fields.spline import Spline
@@ -34,7 +33,7 @@ Place = Float[Array, " 2"]
 Two = Float[Array, "2 2"]
 
 
-class Chart(eqx.Module):
+class Chart(Module):
     """A parametrised surface at one place: position and derivatives in u and v.
 
     The frame is `t = X_u / |X_u|`, `n ~ X_u x X_v`, `b = n x t`, as normal maps have it.
@@ -245,7 +244,7 @@ def normal_mapped(at: Chart, normals: Callable, uv: Place) -> SurfacePoint:
     return _tilted(at.position, T, axes @ m, turning)
 
 
-class NormalMap(eqx.Module):
+class NormalMap(Module):
     """A tangent-space normal map from pixels, smooth between them and repeating.
 
     A cubic spline through each channel, so that the normal's derivative is continuous; call it with
@@ -263,8 +262,6 @@ class NormalMap(eqx.Module):
     """
 
     channels: tuple[Spline, Spline, Spline]
-
-    __repr__ = in_print
 
     @classmethod
     def of(cls, pixels, extent: tuple[float, float] = (1.0, 1.0)) -> NormalMap:

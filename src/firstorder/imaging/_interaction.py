@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+from firstorder._display import Module
 from firstorder.conventions import shape_operator
 from firstorder.imaging._area_lights import SurfaceReflectance
 from firstorder.imaging._bumps import solid_tilted
@@ -23,7 +24,7 @@ from firstorder.space.primitives import Material
 from firstorder.space.scene import Scene
 
 
-class SurfaceInteraction(eqx.Module):
+class SurfaceInteraction(Module):
     """A surface point seen by a pixel, with its footprint, reflectance and curvature.
 
     Attributes:

@@ -16,7 +16,7 @@ from firstorder._argument_checks import (
     check_not_negative,
     is_concrete,
 )
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._vectors import cross, dot, near_one
 from firstorder.typing import as_float
@@ -62,7 +62,7 @@ class SampledLight(Protocol):
         ...
 
 
-class Lamp(eqx.Module):
+class Lamp(Module):
     """A rectangle or parallelogram that emits from its side u x v, as a lattice of nodes.
 
     Args:
@@ -95,8 +95,6 @@ class Lamp(eqx.Module):
     count: int = eqx.field(static=True, default=8)
     even: bool = eqx.field(static=True, default=False)
     shift: Float[Array, "2"] = eqx.field(converter=as_float, default=(0.0, 0.0))
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a lamp without nodes, without a place or with negative light."""

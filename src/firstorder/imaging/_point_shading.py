@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.imaging._area_lights import LobeRadiance, lobe_radiance, shadow_edge_terms
 from firstorder.imaging._interaction import SurfaceInteraction
 from firstorder.imaging._lamps import SampledLight
@@ -19,7 +18,7 @@ from firstorder.numerics._batching import host_blocks
 from firstorder.numerics._vectors import dot
 
 
-class ShadedPixels(eqx.Module):
+class ShadedPixels(Module):
     """Radiance of pixels, its gradient, and the sizes of R07's terms; lobes apart: diffuse, glossy.
 
     Bands have an axis behind that of pixels, in all but CV, distance, cosine and curvature.
@@ -47,8 +46,6 @@ class ShadedPixels(eqx.Module):
     distance: Float[Array, "*n"]
     cosine: Float[Array, "*n"]
     curvature: Float[Array, "*n"]
-
-    __repr__ = in_print
 
 
 # Where the leaves of `ShadedPixels` have bands, for `scene._bands.by_band`.

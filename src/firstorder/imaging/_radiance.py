@@ -25,10 +25,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from firstorder._display import Module
 from firstorder.imaging._area_lights import Shares, lobe_factors
 from firstorder.imaging._interaction import SurfaceInteraction
 from firstorder.imaging._lamps import SampledLight
@@ -42,7 +42,7 @@ Factors = Float[Array, "2"]
 Seen = Shares | Bool[Array, " k"]
 
 
-class ShadingPoint(eqx.Module):
+class ShadingPoint(Module):
     """All of a pixel's surface point on which its light depends.
 
     Attributes:
@@ -60,7 +60,7 @@ class ShadingPoint(eqx.Module):
     exponent: Scalar
 
 
-class PointMotion(eqx.Module):
+class PointMotion(Module):
     """How a pixel's surface point moves with px and py, in the last axis.
 
     Attributes:

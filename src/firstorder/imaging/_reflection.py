@@ -20,13 +20,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_unit
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.laws.zonal import Zonal
 from firstorder.typing import Scalar, as_float
 
@@ -34,7 +33,7 @@ Direction = Float[Array, " 3"]
 Light = Callable[[Array, Array], Array]
 
 
-class SurfacePoint(eqx.Module):
+class SurfacePoint(Module):
     """A point of a curved, perhaps bumpy, surface.
 
     Attributes:
@@ -56,8 +55,6 @@ class SurfacePoint(eqx.Module):
     tangents: Float[Array, "3 2"]
     normal: Direction
     turning: Float[Array, "3 2"]
-
-    __repr__ = in_print
 
     @property
     def base_normal(self) -> Direction:
@@ -105,7 +102,7 @@ def half_turn(normal: Direction) -> Float[Array, "3 3"]:
 # --- light in the surface's frame: steps 1 and 2 ------------------------------------------------
 
 
-class FrameGradient(eqx.Module):
+class FrameGradient(Module):
     """Gradient of light seen in the surface's own frame.
 
     Attributes:
@@ -175,7 +172,7 @@ def in_frame(
 # --- reflected light -----------------------------------------------------------------------------
 
 
-class ReflectedRadiance(eqx.Module):
+class ReflectedRadiance(Module):
     """Reflected light at a point, with its gradient, term by term.
 
     Attributes:
@@ -193,8 +190,6 @@ class ReflectedRadiance(eqx.Module):
     DV: Direction
     argument_D_x: Float[Array, "3 2"]
     argument_D_to_eye: Float[Array, "3 3"]
-
-    __repr__ = in_print
 
     @property
     def CDV(self) -> Float[Array, " 2"]:

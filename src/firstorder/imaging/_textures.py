@@ -30,7 +30,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_between, check_finite, check_positive, is_concrete
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid
 from firstorder.fields.spline import Spline
@@ -48,7 +48,7 @@ STEEPEST = 0.05  # the least m_3 of a normal map: a normal leans by 87 degrees a
 # --- functions of the position -------------------------------------------------------------------
 
 
-class SolidWaves(eqx.Module):
+class SolidWaves(Module):
     r"""A product of sines in space: `mean + size prod_i sin(k_i . (x - origin))`.
 
     Args:
@@ -72,8 +72,6 @@ class SolidWaves(eqx.Module):
     mean: Scalar = eqx.field(converter=as_float, default=0.0)
     origin: Direction = eqx.field(converter=as_float, default=(0.0, 0.0, 0.0))
 
-    __repr__ = in_print
-
     def __check_init__(self):
         """Refuse what is no number."""
         for name in ("waves", "size", "mean", "origin"):
@@ -84,7 +82,7 @@ class SolidWaves(eqx.Module):
         return self.mean + self.size * jnp.prod(jnp.sin(self.waves @ (x - self.origin)))
 
 
-class SolidSlopes(eqx.Module):
+class SolidSlopes(Module):
     """Slopes along one direction, everywhere or in waves: a normal map in space.
 
     Args:
@@ -104,8 +102,6 @@ class SolidSlopes(eqx.Module):
     lean: Direction = eqx.field(converter=as_float)
     waves: SolidWaves | None = None
 
-    __repr__ = in_print
-
     def __check_init__(self):
         """Refuse what is no number."""
         check_finite("lean", self.lean)
@@ -118,7 +114,7 @@ class SolidSlopes(eqx.Module):
 # --- functions of u and v ------------------------------------------------------------------------
 
 
-class ImageTexture(eqx.Module):
+class ImageTexture(Module):
     """A picture over u and v, bilinear between the middles of its pixels; perhaps of several bands.
 
     Differentiable in `values` too. In u and v it is, but on lines through middles of pixels, where
@@ -151,8 +147,6 @@ class ImageTexture(eqx.Module):
         converter=lambda a: as_float(_twice(a)), default=(1.0, 1.0)
     )
     hold: bool = eqx.field(static=True, default=False)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is no picture."""
@@ -187,7 +181,7 @@ class ImageTexture(eqx.Module):
         return k % count, (k + 1) % count
 
 
-class HeightMap(eqx.Module):
+class HeightMap(Module):
     """Bumps from a picture over u and v: a cubic spline through its pixels, repeating.
 
     Args:
@@ -203,8 +197,6 @@ class HeightMap(eqx.Module):
     """
 
     spline: Spline
-
-    __repr__ = in_print
 
     @classmethod
     def of(cls, values: Any, repeat: Any = (1.0, 1.0)) -> HeightMap:

@@ -23,7 +23,7 @@ from firstorder._argument_checks import (
     check_shape,
     is_concrete,
 )
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.imaging._reflection import ReflectedRadiance, SurfacePoint
 from firstorder.typing import Scalar, as_float
 
@@ -31,7 +31,7 @@ Direction = Float[Array, " 3"]
 Pixel = Float[Array, " 2"]
 
 
-class PixelFootprint(eqx.Module):
+class PixelFootprint(Module):
     """A ray of the camera at the surface that it meets, and how it moves with the pixel.
 
     Attributes:
@@ -48,14 +48,12 @@ class PixelFootprint(eqx.Module):
     position_D_p: Float[Array, "3 2"]
     to_eye_D_p: Float[Array, "3 2"]
 
-    __repr__ = in_print
-
     def surface_D_p(self, point: SurfacePoint) -> Float[Array, "2 2"]:
         """The screen-to-surface Jacobian in the tangents of a point; arc lengths per image unit."""
         return point.tangents.T @ self.position_D_p
 
 
-class Pinhole(eqx.Module):
+class Pinhole(Module):
     """A perspective camera.
 
     Args:
@@ -80,8 +78,6 @@ class Pinhole(eqx.Module):
     eye: Direction = eqx.field(converter=as_float)
     axes: Float[Array, "3 3"] = eqx.field(converter=as_float)
     gamma: Scalar = eqx.field(converter=as_float)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a camera that sees nothing."""

@@ -14,19 +14,18 @@ from __future__ import annotations
 
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_shape
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.imaging._reflection import SurfacePoint
 from firstorder.numerics._vectors import cross, dot, near_one, orthonormal_frame, unit
 from firstorder.space.meshes.triangle_mesh import Mesh, vertex_normals
 
 
-class Facets(eqx.Module):
+class Facets(Module):
     """Faces with a normal at each corner. Make them with `mesh_facets`.
 
     Attributes:
@@ -47,8 +46,6 @@ class Facets(eqx.Module):
     normals: Float[Array, "f 3 3"]
     part: Int[Array, " f"]
     uv: Float[Array, "f 3 2"] | None = None
-
-    __repr__ = in_print
 
     def point(self, face: Int[Array, ""], x: Float[Array, "3"]) -> SurfacePoint:
         """The shading point at a place on a face, on the side of its front.

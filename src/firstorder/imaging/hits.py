@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder._labelled import Dataset, Variable, data_set
 from firstorder.imaging._interaction import (
     SurfaceInteraction,
@@ -36,7 +36,7 @@ SURFACE = ("tangent", "tangent_2")
 UNITS = {"position": "m", "normal": "1", "to_eye": "1", "distance": "m", "cosine": "1", "S": "1/m"}
 
 
-class GBuffer(eqx.Module):
+class GBuffer(Module):
     """Surface attributes of the first hit of each pixel.
 
     Attributes:
@@ -62,8 +62,6 @@ class GBuffer(eqx.Module):
     distance: Float[Numbers, "*n"]
     cosine: Float[Numbers, "*n"]
     S: Float[Numbers, "*n 2 2"]
-
-    __repr__ = in_print
 
     def to_xarray(self) -> Dataset:
         """A data set over px and py, or over `pixel` if there is no image; vectors have an `axis`.
@@ -117,8 +115,6 @@ class PrimaryHits(GBuffer):
     p: Float[Numbers, "*n 2"]
     index: Int[Numbers, "*n"]
     label: Int[Numbers, "*n"]
-
-    __repr__ = in_print
 
 
 def primary_hits(

@@ -22,7 +22,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder._argument_checks import check_integer, check_positive, is_concrete
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder._labelled import Dataset, data_set
 from firstorder.imaging._exact_radiance import exact_radiance, has_gloss
 from firstorder.imaging.camera import Pinhole
@@ -43,7 +43,7 @@ Pixel = Float[Array, "2"]
 Direction = Float[Array, "3"]
 
 
-class RenderedImage(eqx.Module):
+class RenderedImage(Module):
     """An image on a regular grid of pixels.
 
     Attributes:
@@ -59,8 +59,6 @@ class RenderedImage(eqx.Module):
     value: Float[np.ndarray, "c r *bands"]
     gradient: Float[np.ndarray, "c r *bands 2"]
     label: Int[np.ndarray, "c r"]
-
-    __repr__ = in_print
 
     @property
     def picture(self) -> Float[np.ndarray, "r c *bands"]:

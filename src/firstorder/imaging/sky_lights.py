@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_count, check_not_negative
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import cylindrical
 from firstorder.imaging._lamps import Lamp
 from firstorder.numerics._vectors import cross, orthonormal_frame
@@ -31,7 +31,7 @@ Sky = Callable[[Array], Array]
 _FULL = 2.0 * np.pi
 
 
-class DistantLight(eqx.Module):
+class DistantLight(Module):
     """Light whose nodes look the same from everywhere. Make it with the functions of this module.
 
     Attributes:
@@ -53,8 +53,6 @@ class DistantLight(eqx.Module):
     even: bool = eqx.field(static=True)
     axis: Direction = eqx.field(converter=as_float, default=(0.0, 0.0, 1.0))
     steep: Float[Array, "*k"] = eqx.field(converter=as_float, default=0.0)
-
-    __repr__ = in_print
 
     @property
     def near(self) -> bool:
@@ -169,7 +167,7 @@ def _inverted(weights: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return cell, np.minimum((u - ends[cell]) / (ends[cell + 1] - ends[cell]), 1.0)
 
 
-class CosineSkyLight(eqx.Module):
+class CosineSkyLight(Module):
     r"""A sky as directions about a surface's normal n: cells that light it alike.
 
     Rows end at `n . w = sqrt(k / rows)`, so that each cell has the same `integral of n . w dw`; the
@@ -207,8 +205,6 @@ class CosineSkyLight(eqx.Module):
     sky: Sky
     rows: int = eqx.field(static=True)
     shift: Float[Array, "2"] = eqx.field(converter=as_float, default=(0.0, 0.0))
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a sky without nodes."""

@@ -14,14 +14,14 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.imaging._textures import height_slopes, normal_map_slopes
 
 Height = Callable[[Int[Array, ""], Float[Array, "3"]], Float[Array, ""]]
 Slopes = Callable[[Int[Array, ""], Float[Array, "3"]], Float[Array, "3"]]
 
 
-class UVMaps(eqx.Module):
+class UVMaps(Module):
     """Surface maps over (u, v): functions of a primitive's number and of (u, v), or None.
 
     Attributes:
@@ -41,10 +41,8 @@ class UVMaps(eqx.Module):
     normals: Slopes | None = None
     albedo: Height | None = None
 
-    __repr__ = in_print
 
-
-class SurfaceMaps(eqx.Module):
+class SurfaceMaps(Module):
     """Surface maps in space: functions of a primitive's number and of a position, or None.
 
     Attributes:
@@ -66,8 +64,6 @@ class SurfaceMaps(eqx.Module):
     slopes: Slopes | None = None
     albedo: Height | None = None
     wrapped: UVMaps | None = None
-
-    __repr__ = in_print
 
     def leanings(
         self,
@@ -106,7 +102,7 @@ class SurfaceMaps(eqx.Module):
         return found
 
 
-class PerPrimitive(eqx.Module):
+class PerPrimitive(Module):
     """A function of a primitive's number and of a place, from one for each of some numbers.
 
     All of them are computed everywhere, and one is kept.
@@ -127,8 +123,6 @@ class PerPrimitive(eqx.Module):
     plain: tuple[float, ...] = eqx.field(static=True)
     numbers: tuple[tuple[int, ...], ...] = eqx.field(static=True)
     worn: tuple[Callable, ...]
-
-    __repr__ = in_print
 
     def __call__(self, index: Int[Array, ""], place: Float[Array, " n"]) -> Array:
         """Value for a primitive at a place; `plain` of one number is a number, not a vector."""

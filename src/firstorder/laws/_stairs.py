@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import is_concrete
+from firstorder._display import Module
 from firstorder.fields._level_series import stair_waves
 from firstorder.fields._series import Series
 from firstorder.fields.apertures import Bars
@@ -26,7 +27,7 @@ from firstorder.numerics._order import order_of
 from firstorder.typing import Scalar
 
 
-class Stair(eqx.Module):
+class Stair(Module):
     """`heights[j]` where `places[j - 1] < level < places[j]`, as a series of a stated period.
 
     Attributes:

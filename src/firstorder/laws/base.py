@@ -11,11 +11,10 @@ from __future__ import annotations
 import abc
 from typing import TypeVar
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from firstorder._display import in_notebook, in_print
+from firstorder._display import Module, in_notebook
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields._series import Series, sampled_series
@@ -30,13 +29,12 @@ from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar
 Portrait = TypeVar("Portrait", Field, Jet, Spectrum, Covariance, Wavelet)
 
 
-class Law(eqx.Module):
+class Law(Module):
     """One of the five operators of light transport (R07 Fig. 2).
 
     `law(portrait)` is the transformed portrait. A jet at one ray needs the ray: use `push`.
     """
 
-    __repr__ = in_print
     _repr_markdown_ = in_notebook
 
     def frame(self, frame: Frame) -> Frame:

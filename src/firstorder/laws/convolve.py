@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder._argument_checks import check_count, check_kind
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields._coerce import field_of
@@ -47,10 +47,8 @@ def _reach(kernel: Kernel, wide: Frame) -> Field:
     return Constant(kernel.half_width() * (1.0625 if kernel.edges() else 1.0), wide)
 
 
-class Domain(eqx.Module):
+class Domain(Module):
     """The domain of an axis, which sets the ends of a convolution's integral."""
-
-    __repr__ = in_print
 
     @abc.abstractmethod
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
@@ -68,8 +66,6 @@ class Line(Domain):
         >>> round(F(0.0, 0.0).real.item(), 6)  # 2 pi, as before: the blur keeps the light
         6.283185
     """
-
-    __repr__ = in_print
 
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
         """`u_axis -+ half_width`."""
@@ -91,8 +87,6 @@ class Circle(Domain):
         >>> round(blur(Harmonics([1.0, 0.0], [0.0, 0.0]))(0.2).item(), 6)
         1.0
     """
-
-    __repr__ = in_print
 
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
         """One period about `u_axis`, or as far as a narrow kernel reaches."""
@@ -116,8 +110,6 @@ class Hemisphere(Domain):
     """
 
     normal: Field = eqx.field(converter=field_of("normal"))
-
-    __repr__ = in_print
 
     def ends(self, kernel: Kernel, wide: Frame) -> tuple[Field, Field]:
         """`n -+ pi / 2`, but no farther from `u_axis` than the kernel reaches."""

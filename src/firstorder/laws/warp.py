@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_positive
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
@@ -30,10 +30,8 @@ INSTEAD = (
 )
 
 
-class Map(eqx.Module):
+class Map(Module):
     """A map T of ray space with its first two derivatives, smooth but for its folds."""
-
-    __repr__ = in_print
 
     @abc.abstractmethod
     def __call__(self, u: Ray) -> Ray:
@@ -50,7 +48,7 @@ class Map(eqx.Module):
         return ()
 
 
-class Linearisation(eqx.Module):
+class Linearisation(Module):
     """A warp replaced by a move at one ray, with what that costs nearby.
 
     Attributes:
@@ -63,8 +61,6 @@ class Linearisation(eqx.Module):
     move: Move
     displacement: Scalar
     radius: Scalar
-
-    __repr__ = in_print
 
 
 class Warp(Law):

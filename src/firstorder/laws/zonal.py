@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_count, check_positive, check_unit, nan_unless
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import Frame
 from firstorder.fields.jet import Jet
 from firstorder.numerics._quadrature import composite_gauss_legendre, periodic_trapezoid
@@ -29,10 +29,8 @@ Cosines = Float[Array, "*b"]
 SPHERE = Frame(("w_x", "w_y", "w_z"))
 
 
-class ZonalKernel(eqx.Module):
+class ZonalKernel(Module):
     """A continuous function `rho(t)` of the cosine `t = w . w'`."""
-
-    __repr__ = in_print
 
     @abc.abstractmethod
     def derivatives(self, t: Cosines) -> tuple[Cosines, Cosines, Cosines]:
@@ -62,8 +60,6 @@ class VonMisesFisher(ZonalKernel):
 
     sharpness: Scalar = eqx.field(converter=as_float)
 
-    __repr__ = in_print
-
     def __check_init__(self):
         """Refuse a sharpness that is none."""
         check_positive("sharpness", self.sharpness)
@@ -91,8 +87,6 @@ class ZonalCosine(ZonalKernel):
         1.0
     """
 
-    __repr__ = in_print
-
     def derivatives(self, t: Cosines) -> tuple[Cosines, Cosines, Cosines]:
         """Value, a step for its slope, and zero; the kink on the horizon is left to `breaks`."""
         up = 0.5 * (1.0 + jnp.sign(t)) / np.pi
@@ -103,7 +97,7 @@ class ZonalCosine(ZonalKernel):
         return ((jnp.zeros(()), jnp.full((), 1.0 / np.pi)),)
 
 
-class Zonal(eqx.Module):
+class Zonal(Module):
     """`h(w) = int f(w') rho(w . w') dw'` over the whole sphere.
 
     With `P w' = w' - (w . w') w`, the part of w' in the tangent plane at w,
@@ -137,8 +131,6 @@ class Zonal(eqx.Module):
     kernel: ZonalKernel
     nodes: int = eqx.field(static=True, default=24)
     turns: int = eqx.field(static=True, default=48)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse an empty rule."""

@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import check_finite, is_concrete
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.reconstruction._cells import cell_of
 from firstorder.reconstruction.hermite import hermite_basis
 from firstorder.typing import as_float
@@ -51,7 +51,7 @@ SCHEMES = {
 }
 
 
-class GridInterpolant(eqx.Module):
+class GridInterpolant(Module):
     r"""Values between the nodes of a grid, by one of `SCHEMES`.
 
     With s, t the place in its cell, b_i the four bilinear weights, f_i the value, g_i the gradient
@@ -111,8 +111,6 @@ class GridInterpolant(eqx.Module):
     labels: Int[Array, "n m"] | None = eqx.field(
         default=None, converter=lambda a: None if a is None else jnp.asarray(a)
     )
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a grid that does not rise, and data that do not fit."""

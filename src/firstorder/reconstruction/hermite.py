@@ -15,7 +15,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_finite, check_not_negative, is_concrete, nan_unless
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.reconstruction._cells import cell_of
 from firstorder.typing import Scalar, as_float
 
@@ -62,7 +62,7 @@ def _one_end(t: Array, data: int) -> list[Array]:
     return [(1.0 + 3.0 * t + 6.0 * t * t) * s3, t * (1.0 + 3.0 * t) * s3, 0.5 * t * t * s3]
 
 
-class HermiteInterpolant(eqx.Module):
+class HermiteInterpolant(Module):
     """A piecewise polynomial through samples: degree 1, 3 or 5 by what is known at each.
 
     `p(x) = sum_ik w[i, k]((x - a) / h) h^k f^(k)(node i)` on the cell from a to a + h. It is
@@ -90,8 +90,6 @@ class HermiteInterpolant(eqx.Module):
 
     nodes: Float[Array, " n"] = eqx.field(converter=as_float)
     data: Float[Array, "n k"] = eqx.field(converter=as_float)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse nodes that do not rise, and data that do not fit."""

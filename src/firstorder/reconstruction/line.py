@@ -24,7 +24,7 @@ from firstorder._argument_checks import (
     is_concrete,
     nan_unless,
 )
-from firstorder._display import in_print, table
+from firstorder._display import Module, in_print, table
 from firstorder.reconstruction.hermite import HermiteInterpolant, hermite_basis, interpolation_error
 from firstorder.typing import Scalar, as_float
 
@@ -175,7 +175,7 @@ def line_by_disagreement(data: int) -> Driver:
 # --- the table ---------------------------------------------------------------------------------
 
 
-class LineSamples(eqx.Module):
+class LineSamples(Module):
     """Samples of a function along a line, in rising order; a break is there twice.
 
     Attributes:
@@ -199,8 +199,6 @@ class LineSamples(eqx.Module):
     x: Float[Array, " n"]
     data: Float[Array, "n k"]
     order: Int[Array, " n"]
-
-    __repr__ = in_print
 
     @property
     def value(self) -> Float[Array, " n"]:

@@ -13,6 +13,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
+from firstorder._display import Module
 from firstorder.imaging._area_lights import SurfaceReflectance
 from firstorder.imaging._interaction import (
     SurfaceInteraction,
@@ -49,7 +50,7 @@ def sky_of(sky, camera: Pinhole, p):
     return jax.vmap(jax.value_and_grad(lambda p: sky(camera.direction(p))))(p)
 
 
-class LookedAt(eqx.Module):
+class LookedAt(Module):
     """Surface interactions of a block of pixels, and what shapes may hide from them.
 
     Attributes:

@@ -19,11 +19,11 @@ from jaxtyping import Array, Float, Int
 from scipy.special import betaincinv
 
 from firstorder._argument_checks import check_count, check_integer, check_positive
-from firstorder._display import in_print
+from firstorder._display import Module, in_print
 from firstorder.numerics._refinement import with_errors
 
 
-class DensityEstimator(eqx.Module):
+class DensityEstimator(Module):
     """An estimator of irradiance from a photon map: `k` nearest photons, or a fixed `radius`.
 
     One of both worlds: in flatland photons count within a length, in space within a disc.
@@ -48,8 +48,6 @@ class DensityEstimator(eqx.Module):
     radius: float = eqx.field(default=0.0, static=True)
     keep_farthest: bool = eqx.field(default=False, static=True)
     cut: bool = eqx.field(default=False, static=True)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is neither, or both; a single photon has no width without itself."""

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
 from firstorder._argument_checks import check_finite, check_not_negative, check_one, is_concrete
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._scale import power_of_two
 from firstorder.typing import as_float
 
@@ -26,7 +26,7 @@ SERIES = (-20898423 / 2**33, 180323 / 2**27, -671 / 2**19, 21 / 2**13, -1 / 64, 
 STEPS = 8  # up to where these six are exact to 1e-13
 
 
-class UniformDirections(eqx.Module):
+class UniformDirections(Module):
     """Uniform directions of the hemicircle: density `1 / pi`.
 
     Reference: J12 §4.2.
@@ -38,8 +38,6 @@ class UniformDirections(eqx.Module):
         (0.7854, 0.3183)
     """
 
-    __repr__ = in_print
-
     def sample(self, u: ArrayLike) -> Float[Array, "*n"]:
         """The angle to a uniform number."""
         return jnp.pi * (as_float(u) - 0.5)
@@ -50,7 +48,7 @@ class UniformDirections(eqx.Module):
         return jnp.where(jnp.abs(a) <= HORIZON, 1.0 / jnp.pi, 0.0).astype(a.dtype)
 
 
-class CosineDirections(eqx.Module):
+class CosineDirections(Module):
     """Directions by their cosine: density `cos(a) / 2`, as a diffuse surface reflects.
 
     The sine is uniform: `sin(a) = 2 u - 1`.
@@ -61,8 +59,6 @@ class CosineDirections(eqx.Module):
         (0.5236, 0.5)
     """
 
-    __repr__ = in_print
-
     def sample(self, u: ArrayLike) -> Float[Array, "*n"]:
         """The angle to a uniform number."""
         return jnp.arcsin(2.0 * as_float(u) - 1.0)
@@ -72,7 +68,7 @@ class CosineDirections(eqx.Module):
         return 0.5 * jnp.maximum(jnp.cos(as_float(a)), 0.0) * (jnp.abs(as_float(a)) <= HORIZON)
 
 
-class CosinePowerLobe(eqx.Module):
+class CosinePowerLobe(Module):
     """Directions about a centre by a power of the cosine: density `cos^e(a - center) / A_e`.
 
     `A_e = sqrt(pi) Gamma((e + 1) / 2) / Gamma(e / 2 + 1)`. The sine of `a - center` is the abscissa
@@ -95,8 +91,6 @@ class CosinePowerLobe(eqx.Module):
 
     exponent: Float[Array, "*n"] = eqx.field(converter=as_float)
     center: Float[Array, "*n"] = eqx.field(default=0.0, converter=as_float)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a lobe that cannot be normalised near the horizon."""
@@ -152,7 +146,7 @@ def _check_row(weights: Any) -> None:
         raise ValueError(f"Argument `weights` must be a row of numbers, but has shape {shape}.")
 
 
-class Discrete(eqx.Module):
+class Discrete(Module):
     """A choice among several by their weights.
 
     Args:
@@ -169,8 +163,6 @@ class Discrete(eqx.Module):
     """
 
     weights: Float[Array, " n"] = eqx.field(converter=as_float)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse negative weights, and what is no row of them."""
@@ -199,7 +191,7 @@ class Discrete(eqx.Module):
         return index, jnp.clip(rest, 0.0, 1.0 - 0.5 * jnp.finfo(u.dtype).eps)
 
 
-class PiecewiseConstant(eqx.Module):
+class PiecewiseConstant(Module):
     """A density that is constant on equal pieces of an interval.
 
     Args:
@@ -223,8 +215,6 @@ class PiecewiseConstant(eqx.Module):
     weights: Float[Array, " n"] = eqx.field(converter=as_float)
     low: Float[Array, ""] = eqx.field(converter=as_float)
     high: Float[Array, ""] = eqx.field(converter=as_float)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse negative weights, and an interval that does not begin before its end."""

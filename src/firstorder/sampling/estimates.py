@@ -14,12 +14,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import check_not_negative
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._scale import power_of_two
 from firstorder.typing import as_float
 
 
-class Estimate(eqx.Module):
+class Estimate(Module):
     """A mean of independent samples with its standard error.
 
     Attributes:
@@ -40,8 +40,6 @@ class Estimate(eqx.Module):
     error: Float[Array, "*n"] = eqx.field(converter=as_float)
     count: Float[Array, "*n"] | Float[Array, ""] = eqx.field(converter=lambda c: as_float(c))
 
-    __repr__ = in_print
-
     def __check_init__(self):
         """Refuse a negative count."""
         check_not_negative("count", self.count)
@@ -57,7 +55,7 @@ class Estimate(eqx.Module):
         return Estimate(self.mean * factor, self.error * jnp.abs(factor), self.count)
 
 
-class Moments(eqx.Module):
+class Moments(Module):
     """Count, mean and sum of squares about the mean of samples seen so far.
 
     Attributes:
@@ -76,8 +74,6 @@ class Moments(eqx.Module):
     count: Float[Array, "*n"]
     mean: Float[Array, "*n"]
     square: Float[Array, "*n"]
-
-    __repr__ = in_print
 
     @staticmethod
     def none(shape: tuple[int, ...] = (), dtype=None) -> Moments:

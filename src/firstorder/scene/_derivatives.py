@@ -18,6 +18,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
+from firstorder._display import Module
 from firstorder._labelled import DataFrame, Dataset, derivatives_frame, derivatives_set
 from firstorder.numerics._compiled import compiled, compiled_after
 from firstorder.numerics._refinement import approximated, counts_of, finer
@@ -36,7 +37,7 @@ NORMAL = {FLATLAND: "y", SPACE: "z"}
 TILT = {FLATLAND: -1.0, SPACE: 1.0}
 
 
-class Derivatives(eqx.Module):
+class Derivatives(Module):
     """A function with its first and second derivatives by m freedoms.
 
     Steps are along the axes that the receiver has now, turns and tilts in radians.

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._compiled import compiled
 from firstorder.scene import _intersect as intersect
 from firstorder.scene._arguments import rays_of
@@ -15,7 +14,7 @@ from firstorder.scene._intersect import MISS
 from firstorder.space.scene import Scene
 
 
-class Hits(eqx.Module):
+class Hits(Module):
     """First hits of rays.
 
     Attributes:
@@ -25,8 +24,6 @@ class Hits(eqx.Module):
 
     t: Float[Array, "*r"]
     index: Int[Array, "*r"]
-
-    __repr__ = in_print
 
 
 @compiled

@@ -5,11 +5,10 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, ClassVar
 
-import equinox as eqx
 import jax
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._vectors import dot
 from firstorder.scene._arguments import check_kind
 from firstorder.scene._primitives import checked, each, sides
@@ -17,7 +16,7 @@ from firstorder.scene._sides import facing_point, turned_to
 from firstorder.space.shapes.kinds import Shape
 
 
-class Material(eqx.Module):
+class Material(Module):
     """Emission and reflectance of shapes, front and back; one row for each shape.
 
     Emission and albedo may have a last axis of bands.
@@ -35,8 +34,6 @@ class Material(eqx.Module):
     albedo: Float[Array, "n 2 ..."]
     specular: Float[Array, " n"]
     exponent: Float[Array, " n"]
-
-    __repr__ = in_print
 
 
 @dataclasses.dataclass(frozen=True)

@@ -16,6 +16,7 @@ from firstorder._argument_checks import (
     is_concrete,
     nan_unless,
 )
+from firstorder._display import Module
 from firstorder.conventions import normal_rate
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._host import spread
@@ -33,7 +34,7 @@ from firstorder.scene._words import told_receiver
 
 
 @made_elsewhere
-class Receiver(eqx.Module):
+class Receiver(Module):
     """A point on a surface.
 
     Attributes:

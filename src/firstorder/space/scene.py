@@ -25,7 +25,7 @@ from firstorder._argument_checks import (
     check_one_or_bands,
     not_negative,
 )
-from firstorder._display import Axes, as_picture, drawn
+from firstorder._display import Axes, Module, as_picture, drawn
 from firstorder.numerics._vectors import dot
 from firstorder.scene._arguments import (
     check_names,
@@ -44,7 +44,7 @@ from firstorder.space.shapes.kinds import KINDS, Point, Shape
 
 
 @made_elsewhere
-class Scene(eqx.Module):
+class Scene(Module):
     """Shapes with materials under a distant sky.
 
     Make one with `Scene.of`. It may be built inside a jitted or differentiated function.

@@ -33,7 +33,7 @@ from firstorder._argument_checks import (
     not_negative,
     traced_nan_unless,
 )
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._vectors import dot, near_one, unit
 from firstorder.scene._bands import by_band
 from firstorder.typing import as_float
@@ -53,7 +53,7 @@ def _width(sigma: Any) -> Array:
     return traced_nan_unless(lambda a: a > 0.0, as_float(sigma))
 
 
-class ConstantSky(eqx.Module):
+class ConstantSky(Module):
     """A sky of one radiance in every direction.
 
     Args:
@@ -73,8 +73,6 @@ class ConstantSky(eqx.Module):
 
     radiance: Float[Array, "*bands"] = eqx.field(converter=_radiance, default=1.0)
 
-    __repr__ = in_print
-
     def __check_init__(self):
         """Refuse darkness below zero."""
         check_one_or_bands("radiance", self.radiance)
@@ -86,7 +84,7 @@ class ConstantSky(eqx.Module):
         return jnp.broadcast_to(self.radiance, w.shape[:-1])
 
 
-class GaussianSky(eqx.Module):
+class GaussianSky(Module):
     r"""A lobe that is brightest in one direction: `L(w) = radiance exp((w . m - 1) / sigma^2)`.
 
     For small angles a from m it is `exp(-a^2 / (2 sigma^2))`, R07's light that is "maximal directly
@@ -117,8 +115,6 @@ class GaussianSky(eqx.Module):
     center: Float[Array, "3"] = eqx.field(converter=as_float, default=(0.0, 0.0, 1.0))
     sigma: Float[Array, ""] = eqx.field(converter=_width, default=0.5)
     radiance: Float[Array, "*bands"] = eqx.field(converter=_radiance, default=1.0)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is no Gaussian."""
@@ -154,7 +150,7 @@ class GaussianSky(eqx.Module):
         return (self(w) / self.sigma**2)[..., None] * toward
 
 
-class PanoramaSky(eqx.Module):
+class PanoramaSky(Module):
     """An equirectangular picture, bilinear in its two angles (the module says which way it looks).
 
     Pixel (i, j) is the middle of its cell, `v = (i + 1/2) / rows`, `u = (j + 1/2) / columns`. The
@@ -182,8 +178,6 @@ class PanoramaSky(eqx.Module):
     BANDED: ClassVar = {"values": 2}
 
     values: Float[Array, "rows columns *bands"] = eqx.field(converter=_radiance)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is too small to go around."""
@@ -249,7 +243,7 @@ class PanoramaSky(eqx.Module):
         return HarmonicSky(each @ rows_of(w))
 
 
-class HarmonicSky(eqx.Module):
+class HarmonicSky(Module):
     """A sum of real spherical harmonics, polynomials of the direction: smooth to any order.
 
     Args:
@@ -272,8 +266,6 @@ class HarmonicSky(eqx.Module):
     BANDED: ClassVar = {"coefficients": 1}
 
     coefficients: Float[Array, "k *bands"] = eqx.field(converter=as_float)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is no full set."""

@@ -7,10 +7,8 @@ import contextlib
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-import equinox as eqx
-
 from firstorder._argument_checks import check_kind
-from firstorder._display import Figure, in_notebook, in_print, strip
+from firstorder._display import Figure, Module, in_notebook, strip
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
@@ -23,10 +21,9 @@ from firstorder.laws.warp import Warp
 from firstorder.typing import Ray
 
 
-class Event(eqx.Module):
+class Event(Module):
     """A physical step. `event(portrait)` is the light after it, drawn the same way."""
 
-    __repr__ = in_print
     _repr_markdown_ = in_notebook
 
     @abc.abstractmethod
@@ -61,7 +58,7 @@ class Event(eqx.Module):
         return Linearised(self, at, radius)
 
 
-class Chain(eqx.Module):
+class Chain(Module):
     """Events in the order in which light meets them, without light yet.
 
     Example:
@@ -73,7 +70,6 @@ class Chain(eqx.Module):
 
     events: tuple[Event, ...]
 
-    __repr__ = in_print
     _repr_markdown_ = in_notebook
 
     def __call__(self, portrait: Portrait) -> Portrait:
@@ -154,7 +150,7 @@ def require_frame(condition: bool, event: Event, frame: Frame, need: str) -> Non
         )
 
 
-class Path(eqx.Module):
+class Path(Module):
     """`source >> event >> event ...`.
 
     Step 0 is the source; step k is the light after the k-th event.
@@ -174,7 +170,6 @@ class Path(eqx.Module):
     source: Field
     chain: Chain = Chain(())
 
-    __repr__ = in_print
     _repr_markdown_ = in_notebook
 
     def __check_init__(self):

@@ -13,19 +13,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import check_finite, check_not_negative, check_positive, nan_unless
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.typing import as_float
 
 # A number, an array that broadcasts with the others, or a point as a tuple.
 Numbers: TypeAlias = ArrayLike | Sequence
 
 
-class EdgeAngle(eqx.Module):
+class EdgeAngle(Module):
     """An edge as a receiver in the plane sees it: its angle, and how that moves with the receiver.
 
     The one record of an edge that a receiver sees, of a corner, a limb, a border between two rays
@@ -51,8 +50,6 @@ class EdgeAngle(eqx.Module):
     gradient: Float[Array, "*b k"]
     hessian: Float[Array, "*b k k"]
     jump: Float[Array, "*b"]
-
-    __repr__ = in_print
 
     def along(self, kappa: ArrayLike = 0.0, kappa_x: ArrayLike = 0.0) -> EdgeAngle:
         """The edge by arc length x along a receiver of curvature `kappa = dn/dx`, with k = 1.

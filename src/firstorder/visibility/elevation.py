@@ -19,12 +19,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import check_finite, nan_unless
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import azimuth_axes, cylindrical
 from firstorder.typing import as_float
 
@@ -32,7 +31,7 @@ from firstorder.typing import as_float
 Points: TypeAlias = ArrayLike | Sequence
 
 
-class Elevation(eqx.Module):
+class Elevation(Module):
     """Edge angles in vertical slices, with their derivatives when the receiver moves.
 
     Attributes:
@@ -50,8 +49,6 @@ class Elevation(eqx.Module):
     alpha_v: Float[Array, "*b"]
     distance: Float[Array, "*b"]
     phi: Float[Array, "*b"]
-
-    __repr__ = in_print
 
     @property
     def alpha_x(self) -> Float[Array, "*b"]:
@@ -273,7 +270,7 @@ def crease_elevation_hessian(
 # --- small change --------------------------------------------------------------------------------
 
 
-class _Slice(eqx.Module):
+class _Slice(Module):
     """A point of a vertical slice, the slice's axes u, v, w, c at it, and whether D > 0."""
 
     p: Array

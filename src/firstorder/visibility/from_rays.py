@@ -15,14 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import check_count, check_positive, nan_unless
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.typing import as_float
 from firstorder.visibility.edge_angles import EdgeAngle, edge_at
 
@@ -31,7 +30,7 @@ Blocked = Callable[[Array], Array]
 Hit = Callable[[Array], Array]
 
 
-class BracketedEdges(eqx.Module):
+class BracketedEdges(Module):
     """Edges of sampled visibility; slots that are not used have sign 0.
 
     Attributes:
@@ -44,10 +43,8 @@ class BracketedEdges(eqx.Module):
     sign: Float[Array, " m"]
     count: Int[Array, ""]
 
-    __repr__ = in_print
 
-
-class TangentPoints(eqx.Module):
+class TangentPoints(Module):
     """Points at which the rays at shadow edges touch their blockers.
 
     Attributes:
@@ -61,8 +58,6 @@ class TangentPoints(eqx.Module):
     sign: Float[Array, " m"]
     distance: Float[Array, " m"]
     radius: Float[Array, " m"]
-
-    __repr__ = in_print
 
     @property
     def normal(self) -> Float[Array, " m"]:

@@ -28,7 +28,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import nan_unless
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._quadrature import composite_gauss_legendre
 from firstorder.numerics._refinement import with_errors
 from firstorder.typing import Scalar, Vector, as_float
@@ -39,7 +39,7 @@ from firstorder.visibility.edge_angles import EdgeAngle
 Transport = Callable[[Vector, Scalar], Scalar]
 
 
-class SplitDerivative(eqx.Module):
+class SplitDerivative(Module):
     """A derivative of shading in two parts.
 
     Attributes:
@@ -52,15 +52,13 @@ class SplitDerivative(eqx.Module):
     interior: Float[Array, "*s"]
     boundary: Float[Array, "*s"]
 
-    __repr__ = in_print
-
     @property
     def total(self) -> Float[Array, "*s"]:
         """The derivative."""
         return self.interior + self.boundary
 
 
-class Shading(eqx.Module):
+class Shading(Module):
     """Shading at one point with its gradient and Hessian in the parameters.
 
     Attributes:
@@ -73,10 +71,8 @@ class Shading(eqx.Module):
     gradient: SplitDerivative
     hessian: SplitDerivative
 
-    __repr__ = in_print
 
-
-class VisibilityEdges(eqx.Module):
+class VisibilityEdges(Module):
     """Visibility as its edges, which are functions of the parameters.
 
     Attributes:
@@ -97,8 +93,6 @@ class VisibilityEdges(eqx.Module):
 
     edges: EdgeAngle
     start: Float[Array, ""]
-
-    __repr__ = in_print
 
     def visibility(self, omega: Float[Array, "*w"]) -> Float[Array, "*w"]:
         """V at angles that are no edges: a sum of R07's steps, without derivative."""

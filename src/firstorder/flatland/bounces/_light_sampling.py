@@ -6,12 +6,12 @@ radian at x is `P r / (speed cos_y)`; the sky by a table of its radiance.
 
 from __future__ import annotations
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
+from firstorder._display import Module
 from firstorder.conventions import direction
 from firstorder.flatland.scene import Scene
 from firstorder.numerics._planar import cross_2d, dot_2d
@@ -24,7 +24,7 @@ SKY_PIECES = 256  # of the table by which the sky is sampled
 EVEN = 0.1  # share of it that is uniform, lest a narrow bright place between its nodes be missed
 
 
-class Lights(eqx.Module):
+class Lights(Module):
     """All lights of a scene, in the order: points, fronts and backs of shapes, sky.
 
     Attributes:
@@ -47,7 +47,7 @@ class Lights(eqx.Module):
         return before(self.center, self.radius)
 
 
-class LightSample(eqx.Module):
+class LightSample(Module):
     """A light sample as seen from a place.
 
     Attributes:

@@ -24,6 +24,7 @@ from firstorder._argument_checks import (
     check_not_negative,
     check_positive,
 )
+from firstorder._display import Module
 from firstorder.conventions import direction
 from firstorder.flatland.discontinuities._critical_lines import (
     crossing_places,
@@ -93,7 +94,7 @@ def _touching_share(scene: Scene) -> float:
     return max(TOUCHING, 16.0 * float(jnp.finfo(scene.material.emission.dtype).eps))
 
 
-class Panels(eqx.Module):
+class Panels(Module):
     """Panels in order of shape, side and parameter.
 
     Attributes:

@@ -8,14 +8,14 @@ function of the signature of `scatter` that returns a negative cosine.
 
 from __future__ import annotations
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from firstorder._display import Module
 from firstorder.sampling._distributions import lobe_area, lobe_power, lobe_sine, safe_sqrt
 
 
-class Surface(eqx.Module):
+class Surface(Module):
     """Material at a place, on the side that the ray meets.
 
     Attributes:
@@ -38,7 +38,7 @@ class Surface(eqx.Module):
         return self.albedo + self.mirror + self.specular
 
 
-class Scattered(eqx.Module):
+class Scattered(Module):
     """A random next direction.
 
     Attributes:

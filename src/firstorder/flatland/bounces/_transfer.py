@@ -11,11 +11,11 @@ for value, first and second derivative, and costs no more than the kernel's own 
 
 from __future__ import annotations
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from firstorder._display import Module
 from firstorder.conventions import direction
 from firstorder.flatland.bounces._panels import Panels, legendre, resolution, to_legendre
 from firstorder.flatland.scene import Scene
@@ -45,7 +45,7 @@ def panel_irradiance(
     return E + _ends(scene, panels, at, here, gaps, L) if moving else E
 
 
-class _Gaps(eqx.Module):
+class _Gaps(Module):
     """Visible pieces of surfaces: one piece of one sheet (shape and side) in each gap.
 
     Attributes:

@@ -24,7 +24,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
 from firstorder._argument_checks import check_count
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.flatland.bounces.photons import Photons
 from firstorder.flatland.direct_lighting import point_light_irradiance
 from firstorder.flatland.estimators.strata import hemicircle_strata, trace_strata
@@ -43,7 +43,7 @@ from firstorder.scene._primitives import BACK, FRONT
 PIECES = 128  # of the table from parameter to arc length
 
 
-class PhotonMap(eqx.Module):
+class PhotonMap(Module):
     """Photons sorted along all curves, sides apart.
 
     A curve `j = 2 index + side` has its arc lengths in `[start_j, start_j + length]` of one long
@@ -69,8 +69,6 @@ class PhotonMap(eqx.Module):
     low: Int[Array, " c_1"]
     table: Float[Array, "n t"]
     closed: Bool[Array, " n"]
-
-    __repr__ = in_print
 
 
 # --- the map -------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from firstorder._argument_checks import check_count, check_integer
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import direction
 from firstorder.flatland.bounces import _scatter as scattering
 from firstorder.flatland.bounces._light_sampling import Lights, lengths, lights
@@ -31,7 +31,7 @@ from firstorder.scene._primitives import BACK, FRONT
 from firstorder.scene._questions import check_shines
 
 
-class Photons(eqx.Module):
+class Photons(Module):
     """Photons where they landed, in the order of their reflections.
 
     Attributes:
@@ -48,8 +48,6 @@ class Photons(eqx.Module):
     flux: Float[Array, "*b n"]
     sine: Float[Array, "*b n"]
     cosine: Float[Array, "*b n"]
-
-    __repr__ = in_print
 
 
 def trace_photons(

@@ -19,7 +19,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder._argument_checks import check_between, check_positive, is_concrete
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.flatland.bounces._light_sampling import before, bounds
 from firstorder.flatland.bounces._panels import Discretization, Panels, cut_into_panels
 from firstorder.flatland.bounces._transfer import panel_irradiance
@@ -37,7 +37,7 @@ from firstorder.scene._questions import check_shines
 BLOCK = 64  # receivers worked on at a time
 
 
-class RadiositySolution(eqx.Module):
+class RadiositySolution(Module):
     """The irradiance of all surfaces after any number of bounces; bands are the last axis.
 
     Call it as the `radiance` of `firstorder.flatland.irradiance`, or ask `irradiance`, which knows
@@ -62,8 +62,6 @@ class RadiositySolution(eqx.Module):
     gather: Float[Array, "m m"]
     events: VisualEvents = eqx.field(static=True)
     glows: bool = eqx.field(static=True, default=True)
-
-    __repr__ = in_print
 
     @property
     @by_band()
@@ -242,7 +240,7 @@ def corner_exponent(albedo: float) -> float:
     return 0.5 * (low + high)
 
 
-class _Direct(eqx.Module):
+class _Direct(Module):
     """Direct light at the nodes of panels."""
 
     BANDED: ClassVar = {"E": 2}

@@ -20,6 +20,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from firstorder._argument_checks import check_count, check_shape
+from firstorder._display import Module
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.estimators._incident import incident_radiance, seen_from
@@ -301,7 +302,7 @@ def with_horizon(motion: Derivatives, samples: Samples) -> Derivatives:
 # --- error bars ----------------------------------------------------------------------------------
 
 
-class RepeatedEstimate(eqx.Module):
+class RepeatedEstimate(Module):
     """The mean of repeated sampling, and how far it may be from its expectation.
 
     Attributes:

@@ -6,14 +6,13 @@ towards +x, so its i-th border from the left is ours from the right.
 
 from __future__ import annotations
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
 from firstorder._argument_checks import is_concrete
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.estimators._incident import incident_radiance
@@ -27,7 +26,7 @@ from firstorder.scene._arguments import check_asked_one, numbers
 from firstorder.typing import as_float
 
 
-class Strata(eqx.Module):
+class Strata(Module):
     """Sectors of the hemicircle with one direction in each.
 
     Attributes:
@@ -48,10 +47,8 @@ class Strata(eqx.Module):
     angles: Float[Array, " n"]
     weights: Float[Array, " n"]
 
-    __repr__ = in_print
 
-
-class Samples(eqx.Module):
+class Samples(Module):
     """First hits of the rays of all strata; vectors are in the receiver's frame (tangent, normal).
 
     Attributes:
@@ -75,8 +72,6 @@ class Samples(eqx.Module):
     index: Int[Array, " n"]
     front: Bool[Array, " n"]
     s: Float[Array, " n"]
-
-    __repr__ = in_print
 
 
 def hemicircle_strata(

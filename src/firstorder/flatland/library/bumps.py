@@ -19,16 +19,14 @@ from firstorder._argument_checks import (
     check_not_negative,
     check_positive,
 )
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.flatland.shapes.build import polyline
 from firstorder.flatland.shapes.kinds import Segments
 from firstorder.typing import as_float
 
 
-class Bumps(eqx.Module):
+class Bumps(Module):
     """Ground `y = h(x)` over a flat base."""
-
-    __repr__ = in_print
 
     @abc.abstractmethod
     def heights(self, x: ArrayLike) -> tuple[Array, Array, Array]:
@@ -72,8 +70,6 @@ class SineBumps(Bumps):
     frequency: Float[Array, ""] = eqx.field(converter=as_float, default=2.0)
     phase: Float[Array, ""] = eqx.field(converter=as_float, default=0.0)
 
-    __repr__ = in_print
-
     def __check_init__(self):
         """Refuse what is no wave."""
         check_not_negative("amplitude", self.amplitude)
@@ -115,8 +111,6 @@ class ChirpBumps(Bumps):
     steepness: Float[Array, ""] = eqx.field(converter=as_float, default=0.6)
     frequency: Float[Array, ""] = eqx.field(converter=as_float, default=1.0)
     rate: Float[Array, ""] = eqx.field(converter=as_float, default=2.0)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is no chirp."""

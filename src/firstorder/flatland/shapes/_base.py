@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._host import hosted
 from firstorder.numerics._planar import cross_2d
 from firstorder.numerics._scale import power_of_two
@@ -21,14 +21,12 @@ from firstorder.typing import as_array, as_float
 Point = Float[Array, "2"]
 
 
-class Shape(eqx.Module):
+class Shape(Module):
     """A kind of shape, many of which lie in one object. All methods are those of one shape."""
 
     closed = False
     lengths: ClassVar[tuple[str, ...]] = ()  # names of the leaves in metres; others are angles
     silhouette_count: ClassVar[int]  # how many points `silhouettes` gives
-
-    __repr__ = in_print
 
     def in_unit(self, unit: Float[Array, ""]) -> Shape:
         """The shapes with their lengths in another unit.

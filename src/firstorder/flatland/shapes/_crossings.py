@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder._argument_checks import is_concrete
+from firstorder._display import Module
 from firstorder.flatland.shapes._base import Shape, own_unit
 from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.scene._intersect import tie
@@ -29,7 +30,7 @@ MOST_PAIRS, MOST_CHORD_PAIRS, MOST_CROSSINGS = 10_000_000, 500_000_000, 1_000_00
 _AT_ONCE = 2**20
 
 
-class Crossings(eqx.Module):
+class Crossings(Module):
     """Pairs of shapes that cross, and where on each of them, roughly.
 
     The numbers are no leaves, so that `jax.grad` takes a scene: all that is left are floats.

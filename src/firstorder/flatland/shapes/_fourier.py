@@ -12,13 +12,14 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from firstorder._argument_checks import nan_unless
+from firstorder._display import Module
 from firstorder.numerics._order import order_of
 from firstorder.numerics._roots import bracketed_root, brackets, even, newton
 
 MOST_TANGENTS = 8
 
 
-class CurveRoots(eqx.Module):
+class CurveRoots(Module):
     """One curve `c(s) = sum_k cosines[k] cos(2 pi k s) + sines[k] sin(2 pi k s)`."""
 
     cosines: Float[Array, "*n k 2"]

@@ -53,7 +53,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_between
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.imaging._textures import (
     HeightMap,
     ImageTexture,
@@ -84,7 +84,7 @@ KINDS = ("picture", "waves")
 _WHITE = 1.0 + 2.0 / 256  # of .hdr files: they tell 1 as 1 + 1/256, the next number as 1 + 3/256
 
 
-class Picture(eqx.Module):
+class Picture(Module):
     """Pixels of a bump or of a normal map, as a file has them.
 
     Attributes:
@@ -96,7 +96,7 @@ class Picture(eqx.Module):
     repeat: Float[Array, "2"] = eqx.field(converter=as_float, default=(1.0, 1.0))
 
 
-class MapSet(eqx.Module):
+class MapSet(Module):
     """Texture, bump and normal map of one shape or mesh, as a scene file has them.
 
     Attributes:
@@ -117,8 +117,6 @@ class MapSet(eqx.Module):
     texture: ImageTexture | SolidWaves | None = None
     bump: Picture | SolidWaves | None = None
     normal_map: Picture | SolidSlopes | None = None
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a texture that is no share."""

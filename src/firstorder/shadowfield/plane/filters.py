@@ -20,7 +20,7 @@ from firstorder._argument_checks import (
     is_concrete,
     nan_unless,
 )
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.fields.field import Field
 from firstorder.numerics._batching import in_batches
 from firstorder.shadowfield.plane.light_field import to_two_planes
@@ -28,7 +28,7 @@ from firstorder.shadowfield.plane.spectra import Wedge
 from firstorder.typing import Scalar, as_float
 
 
-class RayFilter(eqx.Module):
+class RayFilter(Module):
     """Frequencies `|Omega_y| <= Omega_y_max`, `|Omega_x - shear Omega_y| <= width / 2` pass.
 
     Make one with `sheared_filter` or `axis_aligned_filter`.
@@ -54,8 +54,6 @@ class RayFilter(eqx.Module):
     Omega_y_max: Scalar = eqx.field(converter=as_float)
     Omega_pix: Scalar = eqx.field(converter=as_float)
     margin: Scalar = eqx.field(converter=as_float, default=0.0)
-
-    __repr__ = in_print
 
     @property
     def frequency_matrix(self) -> Float[Array, "2 2"]:

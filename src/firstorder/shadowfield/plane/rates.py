@@ -14,13 +14,13 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import check_count, check_positive, nan_unless
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.shadowfield.plane.filters import RayFilter, _check_beyond
 from firstorder.shadowfield.plane.spectra import Wedge
 from firstorder.typing import Scalar, as_float
 
 
-class SamplingRates(eqx.Module):
+class SamplingRates(Module):
     """Samples for each metre along the receiver (x) and along the light (y).
 
     Attributes:
@@ -35,8 +35,6 @@ class SamplingRates(eqx.Module):
 
     x: Scalar = eqx.field(converter=as_float)
     y: Scalar = eqx.field(converter=as_float)
-
-    __repr__ = in_print
 
 
 def wedge_corners(d1, d2_min, d2_max, Omega_g) -> Float[Array, "3 2"]:

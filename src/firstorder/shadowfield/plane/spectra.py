@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from firstorder._argument_checks import check_positive, check_shape, is_concrete, nan_unless
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.laws.move import Move
@@ -183,7 +183,7 @@ class PlanarShadowSpectrum(Spectrum):
 # --- the wedge -----------------------------------------------------------------------------------
 
 
-class Wedge(eqx.Module):
+class Wedge(Module):
     """The wedge of frequencies that holds the energy of blockers at depths from d2_min to d2_max.
 
     Over (y, v) between the lines `Omega_v = d2 Omega_y`. Over (x, y) between the lines through zero
@@ -211,8 +211,6 @@ class Wedge(eqx.Module):
 
     d2_min: Scalar = eqx.field(converter=as_float)
     d2_max: Scalar = eqx.field(converter=as_float)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse depths that are none."""

@@ -22,6 +22,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from firstorder._argument_checks import nan_unless
+from firstorder._display import Module
 from firstorder.numerics._order import order_of
 from firstorder.numerics._quadrature import inverse_sqrt_panels
 from firstorder.numerics._scale import power_of_two
@@ -43,7 +44,7 @@ ROUNDINGS = 64.0  # in a coordinate of a corner, as a share of the largest one
 STEEP = 16.0  # that largest one over its distance from the normal
 
 
-class Part(eqx.Module):
+class Part(Module):
     """The silhouettes of one kind of shape in the receiver's frame, a row for each shape.
 
     Each piece is in a unit of its own, a power of two near its size or distance: fourth powers of
@@ -68,7 +69,7 @@ class Part(eqx.Module):
     split: Bool[Array, "n c"]
 
 
-class Nodes(eqx.Module):
+class Nodes(Module):
     """Azimuths with weights: `phi = base + lag`, the base an event.
 
     Attributes:

@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from firstorder._display import Module
 from firstorder.conventions import polar
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.space.receiver import Receiver
@@ -23,7 +24,7 @@ from firstorder.visibility._intervals import HORIZON, blocked_measure, visible_g
 Transport = Callable[[Receiver, Array], Array]
 
 
-class Uniform(eqx.Module):
+class Uniform(Module):
     """T = 1: closed over theta, without an interior derivative."""
 
     def inside(self, low, high, phi):
@@ -53,7 +54,7 @@ class Cosine(Uniform):
         return w[..., 2]
 
 
-class Varying(eqx.Module):
+class Varying(Module):
     """Any T: quadrature on the visible pieces.
 
     Attributes:

@@ -17,14 +17,13 @@ stands the gradient by R07's formulas, interior and boundary apart. The contour 
 
 from __future__ import annotations
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from firstorder._argument_checks import check_count, nan_unless
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import azimuth_axes, polar
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
@@ -51,7 +50,7 @@ FAR = 1e30
 EDGE_NODES = 16  # on what is seen of an edge that lies in one slice
 
 
-class AzimuthalIntegral(eqx.Module):
+class AzimuthalIntegral(Module):
     """An integral over azimuth of the light at a receiver, with its gradient.
 
     Attributes:
@@ -62,10 +61,8 @@ class AzimuthalIntegral(eqx.Module):
     value: Float[Array, ""]
     gradient: SplitDerivative
 
-    __repr__ = in_print
 
-
-class _Slice(eqx.Module):
+class _Slice(Module):
     """Angular intervals that blockers cover in a vertical slice.
 
     Attributes:

@@ -22,7 +22,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_count
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._vectors import inverse_3x3, unit
 from firstorder.scene._bands import by_band
 from firstorder.scene._intersect import MISS, ranks, rounding, tie
@@ -67,7 +67,7 @@ def face_layout(scene: Scene) -> FaceLayout:
     return FaceLayout(first, shape, np.arange(sum(faces)) - first[shape], [kinds[i] for i in shape])
 
 
-class RadianceMaps(eqx.Module):
+class RadianceMaps(Module):
     """Radiance that leaves the faces of a scene.
 
     Attributes:
@@ -88,10 +88,8 @@ class RadianceMaps(eqx.Module):
     scene: Scene
     L: Float[Array, "f k k *bands"]
 
-    __repr__ = in_print
 
-
-class MapHits(eqx.Module):
+class MapHits(Module):
     """First hits of rays, with the radiance of the maps there; coordinates in separate arrays.
 
     Attributes:

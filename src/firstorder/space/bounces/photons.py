@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from firstorder._argument_checks import check_count, is_concrete, what
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import cylindrical
 from firstorder.numerics._vectors import dot, matvec, norm, orthonormal_frame
 from firstorder.sampling._distributions import Discrete
@@ -27,7 +27,7 @@ LATTICE = 8  # points along each side of the square by which a lamp's area is fo
 SKY_CELLS = 32  # along each side of the sky, of which the brighter send more photons
 
 
-class Photons(eqx.Module):
+class Photons(Module):
     """Photons where they landed, in the order of their reflections.
 
     Attributes:
@@ -43,8 +43,6 @@ class Photons(eqx.Module):
     position: Float[Array, "*b n 3"]
     flux: Float[Array, "*b n"]
     back: Float[Array, "*b n 3"]
-
-    __repr__ = in_print
 
 
 def trace_photons(

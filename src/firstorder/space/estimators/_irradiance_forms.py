@@ -12,12 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._compiled import compiled
 from firstorder.scene._arguments import check_asked
 from firstorder.scene._derivatives import SPACE, Derivatives
@@ -28,7 +27,7 @@ from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 
 
-class Samples(eqx.Module):
+class Samples(Module):
     """Ray samples of a hemisphere, one in each cell; vectors are in the receiver's frame.
 
     Attributes:
@@ -55,10 +54,8 @@ class Samples(eqx.Module):
     cosine: Float[Array, "*k m n"]
     index: Int[Array, "*k m n"]
 
-    __repr__ = in_print
 
-
-class TracedRays(eqx.Module):
+class TracedRays(Module):
     """First hits of r rays, as a tracer returns them.
 
     Attributes:

@@ -9,14 +9,13 @@ from __future__ import annotations
 import operator
 from typing import SupportsIndex
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 
 from firstorder._argument_checks import check_count, is_concrete
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import cylindrical
 from firstorder.typing import as_float
 
@@ -24,7 +23,7 @@ from firstorder.typing import as_float
 MEASURES = ("cosine", "solid angle", "angle")
 
 
-class Strata(eqx.Module):
+class Strata(Module):
     """A product of cells that covers the hemisphere, with one direction in each.
 
     Attributes:
@@ -49,8 +48,6 @@ class Strata(eqx.Module):
     phi: Float[Array, " n_1"]
     directions: Float[Array, "*k m n 3"]
     weights: Float[Array, "*k m n"]
-
-    __repr__ = in_print
 
     @property
     def projected(self) -> Float[Array, "m n"]:

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_finite, check_shape, is_concrete
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import cross, dot, near_one, norm, unit
 from firstorder.typing import as_float
@@ -22,7 +22,7 @@ from firstorder.typing import as_float
 NO_FACE = -1
 
 
-class Mesh(eqx.Module):
+class Mesh(Module):
     """Triangles that share vertices. Make one with `mesh`.
 
     Attributes:
@@ -43,8 +43,6 @@ class Mesh(eqx.Module):
     faces: Int[Any, "f 3"]
     edges: Int[Any, "e 2"]
     sides: Int[Any, "e 2"]
-
-    __repr__ = in_print
 
     @property
     def count(self) -> int:

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import abc
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
@@ -27,7 +26,7 @@ from firstorder._argument_checks import (
     check_invertible,
     is_concrete,
 )
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._host import hosted
 from firstorder.numerics._select import either, grazing
 from firstorder.numerics._vectors import cross, dot, inverse_3x3, matvec, unit
@@ -38,7 +37,7 @@ Point = Float[Array, "3"]
 Distance = Float[Array, ""]
 
 
-class Shape(eqx.Module):
+class Shape(Module):
     """Shapes of one kind, as affine images of the canonical one.
 
     Args:
@@ -52,8 +51,6 @@ class Shape(eqx.Module):
 
     center: Float[Array, "*n 3"]
     axes: Float[Array, "*n 3 3"]
-
-    __repr__ = in_print
 
     def __init__(self, center, axes):
         """Many shapes, or one, whose leading axis may be left out."""

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from firstorder._display import Module
+
 TURN = 2.0 * np.pi  # of the parameter of a closed arc [rad]
 
 
-class SilhouetteSegments(eqx.Module):
+class SilhouetteSegments(Module):
     """Segments of silhouettes.
 
     Attributes:
@@ -29,7 +30,7 @@ class SilhouetteSegments(eqx.Module):
         return self.start + t[..., None] * (self.end - self.start)
 
 
-class SilhouetteArcs(eqx.Module):
+class SilhouetteArcs(Module):
     """Elliptic arcs of silhouettes: `p(t) = center + a cos t + b sin t`.
 
     Attributes:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import equinox as eqx
 from jaxtyping import Array, Bool, Float, Int
 
+from firstorder._display import Module
 from firstorder.numerics._select import either
 from firstorder.numerics._vectors import rows
 
 
-class SilhouetteSides(eqx.Module):
+class SilhouetteSides(Module):
     """The shapes on either side of silhouette pieces.
 
     Attributes:

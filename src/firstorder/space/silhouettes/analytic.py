@@ -27,7 +27,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._order import order_of
 from firstorder.numerics._scale import power_of_two
@@ -49,16 +49,14 @@ from firstorder.space.shapes.kinds import (
 from firstorder.space.silhouettes._curves import TURN, SilhouetteArcs, SilhouetteSegments
 
 
-class Silhouette(eqx.Module):
+class Silhouette(Module):
     """All silhouettes of a scene as an eye sees them, hidden parts included."""
 
     straight: SilhouetteSegments
     curved: SilhouetteArcs
 
-    __repr__ = in_print
 
-
-class _Outlines(eqx.Module):
+class _Outlines(Module):
     """Silhouettes of all shapes, and where the eye is to each canonical shape.
 
     Attributes:

@@ -16,13 +16,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import is_concrete
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._vectors import cross, dot
 from firstorder.scene._arguments import numbers
 from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh
@@ -87,7 +86,7 @@ def _turned(np: Any, front, sides):
     return live, np.where(ours, left, right), np.where(rim, ~left_front, ~ours)
 
 
-class MeshSilhouettes(eqx.Module):
+class MeshSilhouettes(Module):
     """Pieces of visible mesh silhouettes, as numbers: constant until a visual event.
 
     Attributes:
@@ -105,8 +104,6 @@ class MeshSilhouettes(eqx.Module):
     face: Int[Any, " m"]
     visible: Bool[Any, " m"]
     behind: Int[Any, " m"]
-
-    __repr__ = in_print
 
     @property
     def outer(self) -> Bool[Array, " m"]:

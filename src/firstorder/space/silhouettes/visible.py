@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._select import either
@@ -55,7 +55,7 @@ SOME_LINE = np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]])
 SOME_ARC, SOME_ENDS = np.eye(3)[[2, 0, 1]], (0.0, 1.0)
 
 
-class VisibleSilhouettes(eqx.Module):
+class VisibleSilhouettes(Module):
     """Visible silhouettes of a scene in a receiver's frame, relative to the receiver.
 
     Attributes:
@@ -78,8 +78,6 @@ class VisibleSilhouettes(eqx.Module):
     azimuths: Float[Array, " h_1"]
     above: Int[Array, " h"]
     sound: Bool[Array, ""]
-
-    __repr__ = in_print
 
     @property
     def start(self) -> Float[Array, "s 3"]:
@@ -105,7 +103,7 @@ class VisibleSilhouettes(eqx.Module):
         return p, v, jnp.broadcast_to(0.5 * w, p.shape[:2])
 
 
-class _Pieces(eqx.Module):
+class _Pieces(Module):
     """Parts of silhouettes between cuts, relative to a receiver and in its frame.
 
     Attributes:

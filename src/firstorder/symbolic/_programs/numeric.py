@@ -9,6 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import sympy
 
+from firstorder._display import Module
 from firstorder.conventions import UNSTATED, Frame
 from firstorder.errors import Refused
 from firstorder.fields.field import Field
@@ -27,7 +28,7 @@ def compiled_expressions(entries: tuple, symbols: Symbols) -> Callable:
     return as_function(symbols, [sympy.sympify(e) for e in entries], SPECIAL)
 
 
-class Expressions(eqx.Module):
+class Expressions(Module):
     """Expressions in coordinates and parameters, the parameters with numbers that are leaves.
 
     Attributes:

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_finite, check_positive, nan_unless
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.fields.kernel import Profile
 from firstorder.transport.brdf._splines import cubic_b_spline
 from firstorder.transport.brdf.lobes import Lobe
@@ -25,14 +25,12 @@ Three: TypeAlias = tuple[Values, Values, Values]
 """A function of one variable, with its first and second derivative."""
 
 
-class Brdf(eqx.Module):
+class Brdf(Module):
     """`rho(w, o)`: reflected radiance per incident irradiance, both angles local.
 
     Angles are counter-clockwise from the normal, w to where the light comes from, o to where it
     goes. The cosine is not part of it.
     """
-
-    __repr__ = in_print
 
     @abc.abstractmethod
     def derivatives(self, w: Scalar, o: Scalar) -> Three:

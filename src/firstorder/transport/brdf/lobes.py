@@ -20,7 +20,7 @@ from firstorder._argument_checks import (
     is_concrete,
     nan_unless,
 )
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import UNSTATED, Frame, fourier_kernel, frame_with
 from firstorder.fields.kernel import GaussianProfile, Kernel, Profile
 from firstorder.transport.brdf._splines import cubic_b_spline
@@ -58,7 +58,7 @@ NORMAL = LobeArgument(1.0, "n - omega")
 RETRO = LobeArgument(0.0, "theta - omega")
 
 
-class Lobe(eqx.Module):
+class Lobe(Module):
     """One term of a BRDF: `rho(x, turn n(x) + look theta - omega)`, with or without the cosine.
 
     Args:
@@ -77,8 +77,6 @@ class Lobe(eqx.Module):
     kernel: Kernel
     argument: LobeArgument = eqx.field(static=True, default=MIRROR)
     cosine: bool = eqx.field(static=True, default=False)
-
-    __repr__ = in_print
 
 
 class CosinePowerProfile(Profile):

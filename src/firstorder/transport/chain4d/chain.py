@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_positive, check_shape
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import SPACE, SPACE_SLOPE
 from firstorder.fields.kernel import GaussianProfile
 from firstorder.fields.spectrum import Grid
@@ -42,7 +42,7 @@ def _given(number) -> Scalar | None:
     return None if number is None else as_float(number)
 
 
-class GlossyPatch(eqx.Module):
+class GlossyPatch(Module):
     """A small patch of curved, glossy surface between two central rays.
 
     Its axes: the normal, and in the tangent plane the first axis along the plane of incidence.
@@ -85,8 +85,6 @@ class GlossyPatch(eqx.Module):
     roll: Scalar = eqx.field(converter=as_float, default=0.0)
     cosine: bool = eqx.field(static=True, default=False)
     albedo: Scalar = eqx.field(converter=as_float, default=1.0)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is no patch."""

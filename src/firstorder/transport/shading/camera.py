@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_finite, check_positive, is_concrete
-from firstorder._display import in_print
+from firstorder._display import Module
 from firstorder.conventions import Frame
 from firstorder.fields.jet import Jet
 from firstorder.laws.base import Law
@@ -17,7 +17,7 @@ from firstorder.typing import Scalar, Vector, as_float
 IMAGE = Frame(("px",), "outgoing")
 
 
-class BaseSurface(eqx.Module):
+class BaseSurface(Module):
     """A base surface of constant curvature: a line, a hill (kappa < 0) or a valley (kappa > 0).
 
     The arc-length parameter x is zero at `point`, and the geometric normal's angle is
@@ -40,8 +40,6 @@ class BaseSurface(eqx.Module):
     kappa: Scalar = eqx.field(converter=as_float, default=0.0)
     n: Scalar = eqx.field(converter=as_float, default=0.0)
     point: Vector = eqx.field(converter=as_float, default=(0.0, 0.0))
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse what is no number."""
@@ -170,7 +168,7 @@ class Camera(Event):
         return CameraRay(x, theta, step, turn, step * rate, bend)
 
 
-class CameraRay(eqx.Module):
+class CameraRay(Module):
     """A camera ray: arc length and direction, and their derivatives in px.
 
     Attributes:
@@ -186,8 +184,6 @@ class CameraRay(eqx.Module):
     dtheta: Array
     ddx: Array
     ddtheta: Array
-
-    __repr__ = in_print
 
 
 class _Rays(Map):

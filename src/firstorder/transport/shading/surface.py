@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from firstorder._argument_checks import check_count, check_positive, nan_unless
-from firstorder._display import in_print
+from firstorder._display import Module, in_print
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
 from firstorder.fields._coerce import FieldLike, as_field, field_of, field_or_none, several
@@ -66,7 +66,7 @@ class DerivativeTerms(NamedTuple):
     __repr__ = in_print
 
 
-class Surface(eqx.Module):
+class Surface(Module):
     """A flatland surface: its normal, its BRDF and its texture.
 
     Args:
@@ -95,8 +95,6 @@ class Surface(eqx.Module):
         converter=several("reflectance", (Lobe, Brdf), "lobes and BRDFs")
     )
     texture: Field | None = eqx.field(converter=field_or_none("texture"), default=None)
-
-    __repr__ = in_print
 
     def __check_init__(self):
         """Refuse a surface without material."""
