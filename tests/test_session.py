@@ -1,3 +1,4 @@
+import gc
 import os
 import subprocess
 import sys
@@ -40,6 +41,21 @@ def test_products_keep_all_bits_of_their_factors_on_any_device(tmp_path, product
     session.start(cache=tmp_path)
     ones = jnp.ones((2, 2), jnp.float32)
     assert "precision = [HIGHEST, HIGHEST]" in jax.jit(product).lower(ones, ones).as_text()
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [((700, 10, 10), (10_000, 10, 10)), ((20_000, 5, 5), (20_000, 5, 5)), ((0, 10, 10),) * 2],
+    ids=["Python's own", "seldom already", "never"],
+)
+def test_cycles_are_looked_for_once_in_ten_thousand_objects(tmp_path, before, after):
+    ours = gc.get_threshold()
+    try:
+        gc.set_threshold(*before)
+        session.start(cache=tmp_path)
+        assert gc.get_threshold() == after
+    finally:
+        gc.set_threshold(*ours)
 
 
 def test_settings_are_those_that_change_bits(tmp_path, monkeypatch):
@@ -166,8 +182,8 @@ def test_versions_that_want_no_flag_get_none(monkeypatch, version):
 
 def test_importing_the_library_sets_no_flag():
     program = (
-        "import jax; before = dict(jax.config.values);"
-        "import firstorder; assert dict(jax.config.values) == before"
+        "import gc, jax; before = dict(jax.config.values), gc.get_threshold();"
+        "import firstorder; assert (dict(jax.config.values), gc.get_threshold()) == before"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
 

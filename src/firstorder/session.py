@@ -4,6 +4,7 @@
 first lines; a library that builds on this one leaves that choice to its own users.
 """
 
+import gc
 import os
 import uuid
 import warnings
@@ -15,6 +16,9 @@ import jaxlib
 from jax.experimental.compilation_cache import compilation_cache
 
 OFF = "off"
+
+# New objects after which Python looks for cycles among them; by itself after 700, or 2,000.
+OBJECTS = 10_000
 
 # What `start` was asked for, call by call; empty where nobody has called it.
 _started: list[bool] = []
@@ -46,6 +50,10 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
     compilation up to jaxlib 0.11.0 (see `FLAGS`). An accelerator keeps all bits of the factors of a
     float32 matrix product (`jax_default_matmul_precision`); by itself it drops 13 of 24.
 
+    Python's search for objects that hold each other runs once in 10,000 new ones (`gc`), unless it
+    ran more seldom before. While JAX traces a function it makes a hundred thousand, and the search
+    takes a third of that time.
+
     Each new derivative takes JAX some 0.3 to 2 s to compile, and a process forgets it when it
     ends. The cache keeps every compiled function, however small and however quickly compiled, so
     that a second run of the same program starts at once. Several processes may share one folder,
@@ -73,6 +81,7 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
     _warn_of_what_was_before(x64)
     _compile_soundly()
     _keep_whole()
+    _collect_seldom()
     _started.append(x64)
     jax.config.update("jax_enable_x64", x64)
     # On an H200, irradiance in space in float32 was off by a hundredth without it.
@@ -216,6 +225,13 @@ def flags_of(version: str) -> list[str]:
     """
     parts = tuple(int(part) for part in version.split(".")[:3] if part.isdigit())
     return [f"{name}={value}" for name, value, first, end in FLAGS if first <= parts < end]
+
+
+def _collect_seldom() -> None:
+    """Lets Python look for cycles once in `OBJECTS` new ones, if it looks more often."""
+    young, *older = gc.get_threshold()
+    if 0 < young < OBJECTS:  # 0: never
+        gc.set_threshold(OBJECTS, *older)
 
 
 def _keep_whole() -> None:
