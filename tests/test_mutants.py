@@ -81,8 +81,8 @@ def test_a_file_without_a_mirrored_test_is_that_of_who_imports_it():
     assert mirrored("src/firstorder/fields/_ray.py") == pathlib.Path("tests/fields/test_ray.py")
     events = "src/firstorder/transport/events/travel.py"
     assert judges_of(events) == [events, "tests/transport/events/test_travel.py"]
-    questions = "src/firstorder/scene/_questions.py"
-    assert "tests/flatland/test_direct_lighting.py" in judges_of(questions)
+    errors = "src/firstorder/errors.py"
+    assert "tests/laws/test_integrate.py" in judges_of(errors)
 
 
 def test_who_imports_a_file_is_found_in_a_copy_of_the_tree(tmp_path):

@@ -21,14 +21,17 @@ def spectral_norm(J: Float[Array, "*n m 2"]) -> Float[Array, "*n"]:
     a, b = J[..., 0], J[..., 1]
     aa, ab, bb = jnp.sum(a * a, -1), jnp.sum(a * b, -1), jnp.sum(b * b, -1)
     apart = _length(jnp.stack([aa - bb, 2.0 * ab], -1))
-    square = 0.5 * (aa + bb + apart)
-    return size * jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)
+    return size * _root(0.5 * (aa + bb + apart))
 
 
 def _length(a: Array) -> Array:
     """Euclidean length along the last axis, with the gradient 0 at zero."""
-    square = jnp.sum(a**2, -1)
-    return jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)
+    return _root(jnp.sum(a**2, -1))
+
+
+def _root(square: Array) -> Array:
+    """Square root, with the gradient 0 at zero; NaN stays."""
+    return jnp.where(square == 0, 0.0, jnp.sqrt(jnp.where(square == 0, 1.0, square)))
 
 
 def reach(turn: Array, cutoff: RealLike) -> Array:

@@ -27,7 +27,9 @@ def root_between(
         upper: its end.
     """
     # Slightly inside the interval: a level may have its pole on an end (the tangent at pi / 2).
-    epsilon = 4.0 * jnp.finfo(lower.dtype).eps * (upper - lower)
+    # In roundings of the ends, not of the way between them, and towards each other.
+    epsilon = 4.0 * jnp.finfo(lower.dtype).eps * (abs(lower) + abs(upper))
+    epsilon = epsilon * jnp.sign(upper - lower)
     a, b = jax.lax.stop_gradient((lower + epsilon, upper - epsilon))
     sign = jax.lax.stop_gradient(jnp.sign(level(b)))
     met = jax.lax.stop_gradient(level(a)) * sign < 0
@@ -42,5 +44,6 @@ def root_between(
     t = jax.lax.stop_gradient(0.5 * (a + b))
     for _ in range(NEWTON):
         value, slope = jax.value_and_grad(level)(t)
-        t = t - jnp.where(met, value, 0.0) / jnp.where(met & (slope != 0), slope, 1.0)
+        goes = met & (slope != 0)  # a level that jumps has its root where it does
+        t = t - jnp.where(goes, value, 0.0) / jnp.where(goes, slope, 1.0)
     return jnp.where(met, t, upper), met

@@ -120,9 +120,10 @@ def _curve(group: Curves, i: int, o, d) -> list[float]:
     def side(s):
         return point(s) @ np.array([-d[1], d[0]])
 
-    edges = np.linspace(0.0, 1.0, 2001)
-    sides = side(edges)
+    # Whole shares of a curve, where symmetric ones are met, should be no ends of pieces.
+    edges = np.linspace(0.0, 1.0, 2001) + 1e-4 * np.pi
+    ahead = side(edges) > 0.0
     return [
         float(point(brentq(side, edges[j], edges[j + 1], xtol=1e-15)) @ d)
-        for j in np.flatnonzero(sides[:-1] * sides[1:] < 0.0)
+        for j in np.flatnonzero(ahead[:-1] != ahead[1:])
     ]

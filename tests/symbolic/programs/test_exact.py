@@ -22,6 +22,9 @@ from firstorder.symbolic._programs.exact import exact, exact_array
         (0.5 - 2j * math.pi, sympy.Rational(1, 2) - 2 * sympy.I * sympy.pi),
         (math.inf, sympy.oo),
         (-math.inf, -sympy.oo),
+        (0.1234, sympy.Rational(617, 5000)),
+        (0.1 + 0.2, sympy.Rational(3, 10)),
+        (5.0 / 64.0 * math.sqrt(math.pi), sympy.Rational(5, 64) * sympy.sqrt(sympy.pi)),
     ],
 )
 def test_numbers_that_have_a_name(number, true):
@@ -33,6 +36,15 @@ def test_other_numbers_stay_as_they_are():
     assert isinstance(exact(number), sympy.Float)
     assert float(exact(number)) == number
     assert exact(math.nan) is sympy.nan
+
+
+def test_only_roundings_away_from_a_fraction_is_a_fraction():
+    """A few of them from a plain fraction, none from one that only somebody types."""
+    spacing = np.spacing(0.3)
+    assert exact(0.3 + 4.0 * spacing) == sympy.Rational(3, 10)
+    assert isinstance(exact(0.3 + 6.0 * spacing), sympy.Float)
+    assert isinstance(exact(0.1234 + 2.0 * np.spacing(0.1234)), sympy.Float)
+    assert isinstance(exact(math.pi / 100.0), sympy.Float)
 
 
 def test_arrays_and_expressions():

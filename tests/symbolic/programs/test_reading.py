@@ -35,6 +35,11 @@ PROGRAMS = {
     "reversed": lambda u: jnp.concatenate([u[::-1], jnp.pad(u, 1)]) @ jnp.arange(6.0),
     "derivative": lambda u: jax.hessian(lambda w: jnp.sin(w[0] * w[1]))(u)[0, 1],
     "loop": lambda u: jax.lax.fori_loop(0, 3, lambda i, s: s * u[0] + i, u[1]),
+    "while": lambda u: jax.lax.while_loop(
+        lambda s: s[0] < 3.0, lambda s: (s[0] + 1.0, s[1] * u[0] - s[0] * u[1]), (0.0, u[1])
+    )[1],
+    "a whole number beside an unknown one": lambda u: u[0]
+    * jnp.where(jnp.stack([u[0] > 0.0, u[1] - u[1] == 0.0]), 3, 5)[1],
     "scan": lambda u: jax.lax.scan(lambda s, w: (s + w, s * w * u[0]), u[1], jnp.ones(3))[1].sum(),
     "custom rule": lambda u: jax.nn.relu(u[0]) + jax.nn.softplus(u[1]),
     "called": lambda u: jax.jit(lambda w: w[0] * w[1])(u) + jax.checkpoint(jnp.sin)(u[0]),
@@ -130,6 +135,25 @@ REFUSED = {
         "by autodiff has no formula",
     ),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize("turns", [64, 65])
+def test_loops_of_64_turns_are_written_out_and_no_longer_ones(turns):
+    def counted(u):
+        def step(s):
+            return s[0] + 1, s[1] + u[0]
+
+        return jax.lax.while_loop(lambda s: s[0] < turns, step, (0, u[1]))[1]
+
+    def scanned(u):
+        return jax.lax.scan(lambda s, _: (s + u[0], None), u[1], None, length=turns)[0]
+
+    for function in (counted, scanned):
+        if turns > 64:
+            with pytest.raises(Refused, match="64 turns"):
+                read(function, array(a, b))
+        else:
+            assert expression(read(function, array(a, b))) == 64 * a + b
 
 
 @pytest.mark.parametrize("name", REFUSED)
