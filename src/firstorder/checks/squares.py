@@ -135,8 +135,7 @@ def by_conversion(case: Case, portrait: str):
     if portrait in ("gradient", "hessian"):
         return getattr(_converted_once(case, "jets"), portrait)
     if portrait == "wavelet":
-        grid = _result_grid(case)
-        return eqx.filter_jit(lambda f: Wavelet.of(f, grid).coefficients)(result)
+        return _wavelets(result, _result_grid(case)).coefficients
     if portrait == "samples":
         return _in_blocks(result.at, case.grid)
     samples = jnp.asarray(_converted_once(case, "samples"))
@@ -147,9 +146,9 @@ def by_conversion(case: Case, portrait: str):
 
 def _in_blocks(at: Callable, grid: Grid):
     """Samples on a grid, in blocks that fit into memory in four dimensions too."""
-    points = jnp.asarray(grid.points()).reshape(-1, len(grid.size))
+    points = np.reshape(grid.points(), (-1, len(grid.size)))
     sample = jax.jit(lambda u: jax.lax.map(at, u, batch_size=min(len(points), 16384)))
-    return sample(points).reshape(grid.size)
+    return np.reshape(sample(points), grid.size)
 
 
 class _Itself:
@@ -195,6 +194,11 @@ def _values(field, rays):
 
 
 @eqx.filter_jit
+def _wavelets(field, grid):
+    return Wavelet.of(field, grid)
+
+
+@eqx.filter_jit
 def _jets(field, rays):
     return batched(field.jet)(rays)
 
@@ -227,7 +231,7 @@ def by_rule(case: Case, portrait: str, step: Step | None = None):
         grid = case.wavelet_grid or Grid.spanning(
             (8,) * case.field.frame.dims, (3.0,) * case.field.frame.dims
         )
-        return step(Wavelet.of(case.field, grid)).coefficients
+        return step(_wavelets(case.field, grid)).coefficients
     if portrait == "spectrum":
         spectrum = step(case.field.spectrum())
         mesh = np.meshgrid(*case.frequencies, indexing="ij")
@@ -239,7 +243,7 @@ def _result_grid(case: Case) -> Grid:
     """Grid of the result's wavelets: the rule knows which axes are left."""
     grid = case.wavelet_grid
     assert grid is not None
-    return case.step(Wavelet.of(case.field, grid)).grid
+    return case.step(_wavelets(case.field, grid)).grid
 
 
 def square(case: Case, portrait: str) -> Square:

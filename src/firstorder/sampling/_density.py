@@ -20,6 +20,7 @@ from scipy.special import betaincinv
 
 from firstorder._argument_checks import check_count, check_integer, check_positive
 from firstorder._display import Module, in_print
+from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._refinement import with_errors
 
 
@@ -242,8 +243,7 @@ def expected_k_nearest(
         raise ValueError(f"Argument `k` must lie in [2, {count}], but is {k}.")
     x = np.atleast_1d(np.asarray(x, float))
     kept = k if kept is None else kept
-    check_count("nodes", nodes)
-    t, w = np.polynomial.legendre.leggauss(nodes)
+    t, w = gauss_legendre(nodes)
     # The substitution u = (3 - v^2) v / 4 + 1/2 flattens the quantile's steep ends.
     u, w = 0.5 + 0.25 * t * (3.0 - t**2), w * 0.75 * (1.0 - t**2)
     p = betaincinv(k, count - k + 1, u)

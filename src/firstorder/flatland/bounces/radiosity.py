@@ -16,6 +16,7 @@ from typing import ClassVar, Literal, overload
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder._argument_checks import check_between, check_positive, is_concrete
@@ -102,6 +103,7 @@ class RadiositySolution(Module):
         E = _balanced(scene, self.panels, self.gather, _Direct(self.direct))
         return eqx.tree_at(lambda s: (s.scene, s.E), self, (scene, E))
 
+    @compiled
     @by_band()
     def flux(self) -> tuple[Float[Array, "*bands"], Float[Array, "*bands"]]:
         """Flux that lights and surfaces emit, and flux that surfaces absorb [W].
@@ -171,13 +173,13 @@ def solve_radiosity(
             "Argument `scene` must be concrete, but is traced; use `RadiositySolution.relit`."
         )
     for name in ("mirror", "specular", "ior"):
-        if bool(jnp.any(getattr(scene.material, name) != 0.0)):
+        if np.any(np.asarray(getattr(scene.material, name)) != 0.0):
             raise ValueError(
                 f"Argument `scene` must be diffuse, but holds a surface with `{name}`."
             )
     check_shines(scene)
     panels, events = cut_into_panels(scene, fineness)
-    glows = bool(jnp.any(scene.material.emission != 0.0)) or scene.environment is not None
+    glows = bool(np.any(np.asarray(scene.material.emission))) or scene.environment is not None
     direct, gather = _system(scene, panels, glows)
     direct = direct.reshape(panels.shape.shape[0], -1, *direct.shape[1:])
     E = _balanced(scene, panels, gather, _Direct(direct))
@@ -253,15 +255,15 @@ def _balanced(
     scene: Scene, panels: Panels, gather: Float[Array, "m m"], direct: _Direct
 ) -> Float[Array, "p k"]:
     """Light at the nodes after any number of bounces."""
-    return _balance(gather, direct.E, _albedo(scene, panels))
+    return _balance(gather, direct.E, scene, panels)
 
 
 @eqx.filter_jit
 def _balance(
-    gather: Float[Array, "m m"], direct: Float[Array, "p k"], albedo: Float[Array, " p"]
+    gather: Float[Array, "m m"], direct: Float[Array, "p k"], scene: Scene, panels: Panels
 ) -> Float[Array, "p k"]:
     """Solves `E = direct + gather (rho E / 2)`; differentiable in all three."""
-    half = jnp.repeat(0.5 * albedo, direct.shape[1])
+    half = jnp.repeat(0.5 * _albedo(scene, panels), direct.shape[1])
     A = jnp.eye(gather.shape[0], dtype=gather.dtype) - gather * half
     return jnp.linalg.solve(A, direct.ravel()).reshape(direct.shape)
 
