@@ -62,6 +62,12 @@ def check_real(name: str, x: Any) -> None:
         raise ValueError(f"Argument `{name}` must be real, but is complex.")
 
 
+def check_real_attributes(made: Any) -> None:
+    """Refuse a dataclass some number of which is complex."""
+    for name, x in vars(made).items():
+        check_real(name, x)
+
+
 def check_finite(name: str, x: Any) -> None:
     """Refuse NaN and infinity."""
     _all(name, x, np.isfinite, "be finite")

@@ -116,6 +116,12 @@ SPACE = Frame(("x", "y", "theta", "phi"))
 SPACE_SLOPE = Frame(("x", "y", "v", "w"))
 
 
+def _check_frame(frame: object) -> None:
+    """Refuse what is no frame, such as the name of a coordinate."""
+    if not isinstance(frame, Frame):
+        raise TypeError(f"Argument `frame` must be a `Frame`, such as FLATLAND, but is {frame!r}.")
+
+
 def frame_with(axis: str, frame: Frame) -> Frame:
     """The frame that the name of an axis states: "theta" says angles and "v" says slopes.
 
@@ -129,8 +135,7 @@ def frame_with(axis: str, frame: Frame) -> Frame:
         >>> frame_with("v", UNSTATED).coordinates
         ('x', 'v')
     """
-    if not isinstance(frame, Frame):
-        raise TypeError(f"Argument `frame` must be a `Frame`, such as FLATLAND, but is {frame!r}.")
+    _check_frame(frame)
     stated = {"theta": FLATLAND, "v": FLATLAND_SLOPE}
     return stated.get(axis, frame) if frame.implied else frame
 

@@ -330,3 +330,11 @@ def test_a_profile_of_other_light_is_refused_in_one_sentence(law, coordinates):
     light = BandLimit.box(np.arange(1.0, 1.0 + len(coordinates)), Frame(coordinates))
     with pytest.raises(ValueError, match="like the light that it meets"):
         band_limit_after(law(GaussianProfile(0.1)), light)
+
+
+def test_what_is_no_path_has_no_band_limits():
+    light = gaussian((0.0, 0.0), (1.0, 1.0))
+    with pytest.raises(TypeError, match=r"`path` must be a path|violates type hint"):
+        path_band_limits(light)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(TypeError, match=r"`source` must be a `BandLimit`|violates type hint"):
+        path_band_limits(light >> Mirror(), 3.0)  # pyright: ignore[reportArgumentType]

@@ -321,3 +321,30 @@ def test_a_small_or_large_turn_has_its_length_in_single_precision(size):
         turns = screen.PixelDifferences(none, none, none, moved)
         found = screen.screen_diffuse_bandwidth(1.0, turns, slope=1.0)
     assert found.item() == pytest.approx(size, rel=1e-5)
+
+
+@pytest.mark.parametrize("exponent", [np.nan, np.inf, -1.0])
+def test_what_is_no_exponent_has_no_cutoff(exponent):
+    with pytest.raises(ValueError, match="`exponent` must not be negative"):
+        maps.rms_cutoff(exponent)
+    assert np.isnan(jax.jit(maps.rms_cutoff)(-1.0))
+
+
+def test_distances_and_weights_of_rays_pair():
+    with pytest.raises(ValueError, match="`distance` must have an axis of rays"):
+        maps.mean_inverse_distance(2.0)
+    with pytest.raises(ValueError, match=r"`weight` must have shape \(3,\)"):
+        maps.mean_inverse_distance(np.ones(3), np.ones(2))
+
+
+def test_differences_are_those_of_images_of_one_size():
+    one, eye, label = np.ones((4, 5, 3)), np.array([0.0, 0.0, 9.0]), np.zeros((4, 5), int)
+    either = (ValueError, TypeError)
+    with pytest.raises(either, match=r"`position` must have shape \(w, h, 3\)|type hint"):
+        screen.pixel_differences(one[0], one[0], eye, label)
+    with pytest.raises(either, match=r"`normal` must have shape|type hint"):
+        screen.pixel_differences(one, one[:3], eye, label)
+    with pytest.raises(either, match=r"`label` must have shape|type hint"):
+        screen.pixel_differences(one, one, eye, label[0])
+    with pytest.raises(either, match=r"`eye` must have shape|type hint"):
+        screen.pixel_differences(one, one, eye[:2], label)

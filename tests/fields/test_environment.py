@@ -162,3 +162,11 @@ def test_a_near_light_far_away_is_an_environment():
 def test_bad_input(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+def test_a_series_is_over_one_coordinate():
+    with pytest.raises(ValueError, match="`frame` must have one coordinate, but has x and theta"):
+        Harmonics([1.0, 0.5], [0.0, 0.0], FLATLAND)
+    for wrong in (1.0, [], [[1.0, 0.5]]):
+        with pytest.raises(ValueError, match="`cosines` must be a row of coefficients"):
+            Harmonics(wrong, wrong)

@@ -15,6 +15,7 @@ from firstorder.fields import (
     Function,
     Gaussian,
     Grid,
+    Harmonics,
     Sum,
     gaussian,
 )
@@ -177,3 +178,50 @@ def test_what_is_no_light_is_not_added(way):
     ask, error, words = NO_LIGHT[way]
     with pytest.raises(error, match=f"{words}|violates type hint"):
         ask(gaussian((0.1, -0.2), (1.0, 0.5)))
+
+
+WITHOUT_FRAME = {
+    "constant": lambda frame: Constant(1.0, frame),
+    "affine": lambda frame: Affine([1.0, 2.0], 0.0, frame),
+    "function": lambda frame: Function(lambda x, theta: x, frame),
+    "harmonics": lambda frame: Harmonics([1.0], [0.0], frame),
+    "box": lambda frame: BoxProfile(1.0, frame=frame),
+}
+
+
+@pytest.mark.parametrize("name", WITHOUT_FRAME)
+def test_the_name_of_a_coordinate_is_no_frame(name):
+    words = "`frame` must be a `Frame`, such as FLATLAND, but is 'x'|violates type hint"
+    with pytest.raises(TypeError, match=words):
+        WITHOUT_FRAME[name]("x")
+
+
+COMPLEX = {
+    "height": lambda: Constant(1j),
+    "normal": lambda: Affine([1j, 2.0], 0.0),
+    "weights": lambda: Sum((Constant(1.0),), jnp.array([1j])),
+    "weight": lambda: 1j * Constant(1.0),
+    "amplitude": lambda: gaussian((0.0, 0.0), (1.0, 1.0), amplitude=1j),
+    "lower": lambda: Integrate("x", 1j, 2.0),
+}
+
+
+@pytest.mark.parametrize("name", COMPLEX)
+def test_light_is_real(name):
+    words = f"`{name}` must be real, but is complex|violates type hint"
+    with pytest.raises((ValueError, TypeError), match=words):
+        COMPLEX[name]()
+
+
+def test_a_level_has_a_slope_along_each_coordinate():
+    with pytest.raises(ValueError, match=r"`normal` must have shape \(2,\), but has \(3,\)"):
+        Affine([1.0, 2.0, 3.0], 0.0)
+    with pytest.raises(ValueError, match="`offset` must be one number"):
+        Affine([1.0, 2.0], [0.0, 1.0])
+
+
+def test_a_sum_has_a_weight_for_each_field():
+    with pytest.raises(ValueError, match="`weights` must be 1 numbers, one for each field"):
+        Sum((Constant(1.0),), jnp.ones(2))
+    with pytest.raises(ValueError, match="`fields` must hold a field, but is empty"):
+        Sum((), jnp.ones(0))

@@ -95,3 +95,10 @@ def test_the_edge_of_a_warped_mask_warps():
 def test_a_radius_that_is_none_is_refused():
     with pytest.raises(ValueError, match="Argument `radius` must be positive"):
         WARP.linearise(AT, 0.0)
+
+
+def test_a_plain_function_is_no_map():
+    with pytest.raises(
+        TypeError, match=r"`map` must be a `Map`, .* but is a function|violates type hint"
+    ):
+        Warp(lambda u: u)  # pyright: ignore[reportArgumentType]

@@ -280,3 +280,23 @@ def test_live_images_show_what_they_are_given_where_they_are_given_it():
         assert len(where) > 0
         assert where[:, 1].max() < middle
     assert np.array_equal(shown(dark, dark), black), "notes and dots are gone again"
+
+
+def test_scales_of_pictures_are_positive(ax):
+    """A logarithm would be blank."""
+    samples = np.ones((5, 4))
+    with pytest.raises(ValueError, match="`reference` must be positive"):
+        plotting.log_magnitude(samples, 0.0, 3.0)
+    with pytest.raises(ValueError, match="`decades` must be positive"):
+        plotting.show_spectrum(ax, samples, X, THETA, decades=-1.0)
+    with pytest.raises(ValueError, match="`reference` must not be negative"):
+        plotting.show_spectrum(ax, samples, X, THETA, reference=-1.0)
+    with pytest.raises(ValueError, match="`limit` must not be negative"):
+        plotting.show_light_field(ax, samples, X, THETA, limit=np.nan)
+
+
+def test_an_ellipse_is_that_of_a_matrix(ax):
+    with pytest.raises(ValueError, match=r"`matrix` must have shape \(2, 2\)"):
+        plotting.covariance_ellipse(ax, [1.0, 2.0])
+    with pytest.raises(ValueError, match="`sigmas` must be positive"):
+        plotting.covariance_ellipse(ax, np.eye(2), sigmas=-1.0)

@@ -321,3 +321,12 @@ def test_traced_ends_out_of_order_give_nan():
 def test_bad_input_is_one_sentence(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+@pytest.mark.parametrize("end", ["low", "high"])
+def test_an_end_is_one_number(end):
+    """Several would be taken for breaks, and none would never end."""
+    for wrong in ([], [0.0, 0.5]):
+        ends = {"low": 0.0, "high": 1.0} | {end: np.array(wrong)}
+        with pytest.raises(ValueError, match=f"`{end}` must be one number"):
+            sample_line(lambda x: (x, 1.0 + 0.0 * x), **ends, budget=20)

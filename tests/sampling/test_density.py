@@ -170,3 +170,25 @@ def test_a_window_that_holds_all_points_has_no_spread():
 def test_points_are_counted(count):
     with pytest.raises(ValueError, match="`count` must be a positive integer"):
         expected_fixed_radius(lambda x: np.clip(x, 0.0, 1.0), [0.5], 0.1, count)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"x": np.nan}, "`x` must be finite"),
+        ({"kept": 0}, "`kept` must be a positive integer"),
+        ({"kept": -1}, "`kept` must be a positive integer"),
+        ({"kept": np.nan}, "`kept` must be a positive integer"),
+        ({"kept": 6}, "`kept` must be at most `k`, 5, but is 6"),
+        ({"count": np.inf}, "`count` must be a positive integer"),
+        ({"k": 2.5}, "`k` must be a positive integer"),
+    ],
+)
+def test_an_expectation_of_what_is_no_place_and_no_count_is_refused(given, words):
+    with pytest.raises((ValueError, TypeError), match=f"{words}|violates type hint"):
+        expected_k_nearest(**{"cumulative": cumulative, "x": X, "k": 5, "count": 600} | given)
+
+
+def test_an_expectation_at_no_place_is_refused():
+    with pytest.raises(ValueError, match="`x` must be finite"):
+        expected_fixed_radius(cumulative, [0.3, np.nan], 0.1, 600)

@@ -95,3 +95,35 @@ def test_errors_keep_their_digits_in_any_unit_of_radiance(unit):
 
 def test_of_no_samples_the_error_is_infinite():
     assert estimate(np.zeros(0)).error.item() == np.inf
+
+
+BAD = {
+    "a number": (lambda: estimate(1.0), ValueError, "`samples` must have an axis 0"),
+    "another axis": (lambda: estimate([1.0, 2.0], 1), ValueError, "must have an axis 1"),
+    "no axis": (lambda: estimate([1.0, 2.0], 0.5), ValueError, "`axis` must be an integer"),
+    "complex samples": (lambda: estimate([1j, 2.0]), ValueError, "`samples` must be real"),
+    "a complex mean": (lambda: Estimate(1j, 0.1, 3.0), ValueError, "`mean` must be real"),
+    "numbers": (lambda: combine([1.0]), TypeError, r"`estimates\[0\]` must be an `Estimate`"),
+    "no list": (lambda: combine(1.0), TypeError, "`estimates` must be a list of estimates"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_is_no_sample_and_no_estimate_is_refused(name):
+    ask, kind, words = BAD[name]
+    with pytest.raises((kind, TypeError), match=f"{words}|violates type hint"):
+        ask()
+
+
+def test_the_error_of_samples_that_are_alike_has_a_derivative():
+    slope = jax.grad(lambda x: estimate(x).error)(jnp.full(3, 2.0))
+    np.testing.assert_array_equal(slope, 0.0)
+    both = jax.grad(lambda x: combine([estimate(x), estimate(x[:2])]).error)(jnp.ones(3))
+    np.testing.assert_array_equal(both, 0.0)
+
+
+def test_the_deviation_of_a_mean_that_is_right_moves_with_the_mean():
+    """By one over the error; without an error it is at rest."""
+    slope = jax.grad(lambda mean, error: Estimate(mean, error, 3.0).z(1.0))
+    np.testing.assert_allclose(slope(1.0, 0.1), 10.0)
+    assert slope(1.0, 0.0) == 0.0

@@ -62,7 +62,11 @@ def test_a_scene_can_be_made_inside_a_traced_function():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: Scene.of(), "Argument `things` must hold at least one shape, but is empty."),
+        (
+            lambda: Scene.of(),
+            "Argument `things` must hold at least one shape, but is empty: for an open sky alone "
+            "let it be a floor, which hides nothing of the sky above it.",
+        ),
         (
             lambda: primitive(box((0, 0, 0), (1, 1, 1)), albedo=0.8, specular=0.4),
             "Arguments `albedo` and `specular` must add up to at most 1, but add up to 1.2.",

@@ -7,7 +7,7 @@ import sympy
 from firstorder.errors import Refused
 from firstorder.symbolic._edges import between_edges, differentiated, sifted
 
-x, t = sympy.symbols("x t", real=True)
+x, t, s = sympy.symbols("x t s", real=True)
 AT = (-0.4, 0.3, 0.45, 0.8, 1.6)
 
 
@@ -56,6 +56,43 @@ MOVING = {
         x**2 * sympy.Heaviside(x - t),
         lambda u: u**2 * within(u, 0.0, 1.0) + 2.0 * u * min(max(u, 0.0), 1.0),
     ),
+    "two edges": (
+        cases(1, 0, t < x) * cases(t, 0, 4 * t > x),
+        lambda u: (u - u / 16.0) * within(u, 0.0, 1.0) - u / 16.0 * within(u, 1.0, 4.0),
+    ),
+    "either of two": (
+        cases(t, 0, sympy.Or(t < x, t > 2 * x)),
+        lambda u: u * within(u, 0.0, 1.0) - 4.0 * u * within(u, 0.0, 0.5),
+    ),
+    "not beyond": (
+        cases(1, 0, sympy.Not(t < x, evaluate=False)),
+        lambda u: -1.0 * within(u, 0.0, 1.0),
+    ),
+    "three cases": (
+        sympy.Piecewise((1, t < x), (2, t < 2 * x), (5, True)),
+        lambda u: -1.0 * within(u, 0.0, 1.0) - 6.0 * within(u, 0.0, 0.5),
+    ),
+    "a case in a case": (
+        cases(cases(1, 0, t < x), 2, t < 2 * x),
+        lambda u: 1.0 * within(u, 0.0, 1.0) - 4.0 * within(u, 0.0, 0.5),
+    ),
+    "a size of a size": (
+        cases(t, 0, sympy.Abs(sympy.Abs(t - x) - 1) < sympy.Rational(3, 4)),
+        lambda u: (
+            (u + 1.75) * within(u, -1.75, -0.75)
+            - (u + 0.25) * within(u, -0.25, 0.75)
+            + (u - 0.25) * within(u, 0.25, 1.25)
+            - (u - 1.75) * within(u, 1.75, 2.75)
+        ),
+    ),
+    "two jumps at one edge": (
+        sympy.Heaviside(x - t) * cases(3, 1, t < x),
+        lambda u: 3.0 * within(u, 0.0, 1.0),
+    ),
+    "a bent edge that stays": (
+        cases(x**2, t, sympy.sin(t) < sympy.Rational(1, 2)),
+        lambda u: 2.0 * u * np.pi / 6.0,
+    ),
     "a case that depends on the place": (
         cases(x * t, x**3, t < sympy.Rational(1, 2)),
         lambda u: 0.125 + 1.5 * u**2,
@@ -68,6 +105,34 @@ def test_an_edge_inside_an_integral_sweeps_light_over(name):
     integrand, rate = MOVING[name]
     found = differentiated(sympy.Integral(integrand, (t, 0, 1)), x)
     assert not found.has(sympy.DiracDelta)
+    np.testing.assert_allclose([value(found, u) for u in AT], [rate(u) for u in AT], atol=1e-12)
+
+
+TWICE = {
+    "one after the other": (
+        sympy.Integral(s * cases(1, 0, t < x + s), (t, 0, 1), (s, 0, 1)),
+        # the edge is inside the square where t = x + s lies between 0 and 1
+        lambda u: (min(1.0, 1.0 - u) ** 2 - max(0.0, -u) ** 2) / 2.0 if abs(u) < 1.0 else 0.0,
+    ),
+    "along the outer one": (
+        sympy.Integral(s * t * cases(1, 0, s < x), (t, 0, 1), (s, 0, 1)),
+        lambda u: 0.5 * u * within(u, 0.0, 1.0),
+    ),
+    "with a factor between": (
+        sympy.Integral(s * sympy.Integral(cases(t, 0, t < x), (t, 0, 1)), (s, 0, 1)),
+        lambda u: 0.5 * u * within(u, 0.0, 1.0),
+    ),
+    "along the outer one, with a factor between": (
+        sympy.Integral(s * sympy.Integral(cases(t, 0, s < x), (t, 0, 1)), (s, 0, 1)),
+        lambda u: 0.5 * u * within(u, 0.0, 1.0),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TWICE)
+def test_an_edge_sweeps_through_both_of_two_integrals(name):
+    integral, rate = TWICE[name]
+    found = differentiated(integral, x)
     np.testing.assert_allclose([value(found, u) for u in AT], [rate(u) for u in AT], atol=1e-12)
 
 
@@ -116,6 +181,33 @@ def test_what_has_no_closed_form_is_refused(name):
         sifted(sympy.Integral(t * BENT[name], (t, 0, 1)))
 
 
+MOVED = {
+    "a case that bends": cases(t, 0, t**2 < x),
+    "a size that bends": cases(1, 0, sympy.Abs(t**2 - x) < sympy.Rational(1, 4)),
+    "a wave": cases(1, 0, sympy.sin(t) < x),
+    "a function of a jump": sympy.exp(sympy.Heaviside(x - t)),
+    "a floor": sympy.floor(3 * t - x),
+    "exactly one of two": cases(1, 0, sympy.Xor(t < x, t**2 < x)),
+}
+
+
+@pytest.mark.parametrize("name", MOVED)
+def test_an_edge_that_moves_without_a_closed_form_is_refused(name):
+    with pytest.raises(Refused, match="no closed form"):
+        differentiated(sympy.Integral(MOVED[name], (t, 0, 1)), x)
+
+
+def test_a_bent_edge_where_nothing_jumps_sweeps_nothing_over():
+    found = differentiated(sympy.Integral(cases(t**2 - x, 0, t**2 > x), (t, 0, 1)), x)
+    assert found == sympy.Integral(cases(-1, 0, t**2 > x), (t, 0, 1))
+
+
+def test_floors_do_not_change_between_their_steps():
+    found = differentiated(x * sympy.floor(3 * x) + sympy.Mod(x**2, 2), x)
+    np.testing.assert_allclose(value(found, 0.8), 2.0 + 1.6)
+    np.testing.assert_allclose(value(differentiated(found, x), 0.8), 2.0)
+
+
 def test_cases_stay_cases():
     """What comes out has SymPy's own cases, also where a level is not known."""
     found = differentiated(sympy.Integral(cases(x * t, x**2, t < x), (t, 0, 1)), x)
@@ -123,5 +215,3 @@ def test_cases_stay_cases():
     both = sympy.And(t < 2, t > 0)
     found = differentiated(sympy.Integral(cases(x * t, x**2, both), (t, 0, 1)), x)
     np.testing.assert_allclose(value(found, 0.3), 0.5)
-    nested = sympy.Abs(sympy.Abs(t - x) - 1) < 2
-    assert value(differentiated(sympy.Integral(cases(x, 0, nested), (t, 0, 1)), x), 0.3) == 1.0

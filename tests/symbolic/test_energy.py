@@ -48,6 +48,19 @@ def test_what_jumps_has_energy_at_all_frequencies():
         measured_band_limit(lambda t: np.ones_like(t), 0.5, 1e-5)
 
 
+@pytest.mark.parametrize("share", [1e-9, 1e-12, 1e-15, 1e-18])
+def test_a_share_that_is_lost_in_rounding_is_said_to_be(share):
+    """A bell jumps nowhere."""
+    with pytest.raises(Refused, match="lost in rounding; ask for a larger share"):
+        measured_band_limit(lambda t: np.exp(-0.5 * t**2), 9.0, share)
+
+
+@pytest.mark.parametrize("share", [1e-4, 1e-6, 1e-9, 1e-12])
+def test_a_jump_is_said_to_be_one(share):
+    with pytest.raises(Refused, match="what jumps"):
+        measured_band_limit(lambda t: np.exp(-t), 1.0, share)
+
+
 @pytest.mark.parametrize("share", [0.0, 1.0, -0.1, 1.1, np.nan])
 def test_a_share_lies_between_nothing_and_all(share):
     with pytest.raises(ValueError, match="`share` must lie between 0 and 1"):

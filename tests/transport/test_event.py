@@ -53,6 +53,14 @@ def test_every_step_is_exposed(path):
         assert event(step)(*U) == after(*U)
 
 
+def test_a_path_of_a_ray_is_the_light_at_its_end(path):
+    x = np.linspace(-1.0, 1.0, 3)
+    np.testing.assert_array_equal(path(x), path.light(x))
+    assert path(0.3, with_error=True).error >= 0.0
+    with pytest.raises(ValueError, match=r"must be the 1 coordinates? x"):
+        path(0.3, 0.2)
+
+
 def test_spectra_of_every_step_are_those_of_its_light(path):
     """Closed form at each step against samples of the same step; the edge has a grid error."""
     W = (np.array([-0.3, 0.0, 0.2]), np.array([-0.2, 0.1]))

@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_not_negative, check_shape
+from firstorder._argument_checks import check_kind, check_not_negative, check_shape
 from firstorder._display import Module
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
@@ -397,6 +397,9 @@ def path_band_limits(
         source: band limit of the source, where it has none of its own (an environment map).
         level: see `band_limit`.
 
+    Raises:
+        TypeError: if `path` is no path, or `source` no band limit.
+
     Example:
         >>> from firstorder.fields import gaussian
         >>> from firstorder.bandwidth import BandLimit, path_band_limits
@@ -405,6 +408,9 @@ def path_band_limits(
         >>> [b.extent("x").item() for b in path_band_limits(path, BandLimit.box((0.0, 3.0)))]
         [0.0, 6.0, 6.0]
     """
+    check_kind("path", path, Path, "a path, `light >> event`")
+    if source is not None:
+        check_kind("source", source, BandLimit, "a `BandLimit`")
     found: list[BandLimit | Refused] = []
     try:
         band = band_limit(path.source, level) if source is None else source

@@ -33,7 +33,9 @@ from firstorder._argument_checks import (
     check_finite,
     check_not_negative,
     check_positive,
+    check_shape,
     nan_unless,
+    not_negative,
 )
 from firstorder.bandwidth._spectral_norm import reach, spectral_norm
 from firstorder.imaging.camera import Pinhole
@@ -164,12 +166,16 @@ def rms_cutoff(exponent: RealLike) -> Float[Array, "..."]:
     Args:
         exponent: s, a number or an array.
 
+    Raises:
+        ValueError: if it is negative or not finite; traced ones give NaN.
+
     Example:
         >>> from firstorder.bandwidth import rms_cutoff
         >>> [round(rms_cutoff(s).item(), 3) for s in (1.0, 200.0)]
         [0.159, 1.594]
     """
-    s = as_float(exponent)
+    s = not_negative(as_float(exponent))
+    check_not_negative("exponent", s)
     steep = 2.0 * s <= 1.0
     return jnp.where(
         steep, jnp.inf, s / (2.0 * jnp.pi * jnp.sqrt(jnp.where(steep, 1.0, 2.0 * s - 1.0)))
@@ -199,7 +205,7 @@ def mean_inverse_distance(
 
     Raises:
         ValueError: for a distance that is not positive or a weight that is negative; traced ones
-            give NaN.
+            give NaN. If both have not one shape, with an axis of rays.
 
     Reference: D05 §6.2; the weights are what it asks for at its end.
 
@@ -214,7 +220,10 @@ def mean_inverse_distance(
     d = as_float(distance)
     met = d != jnp.inf
     check_positive("distance", jnp.where(met, d, 1.0))
+    if not d.ndim:
+        raise ValueError("Argument `distance` must have an axis of rays, but is one number.")
     w = jnp.ones_like(d) if weight is None else as_float(weight)
+    check_shape("weight", w, d.shape)
     check_not_negative("weight", w)
     near = (d > 0.0) & met
     slope = jnp.where(near, 1.0 / jnp.where(near, d, 1.0), 0.0)

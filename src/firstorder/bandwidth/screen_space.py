@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder._argument_checks import nan_unless
+from firstorder._argument_checks import check_coordinates, check_kind, check_shape, nan_unless
 from firstorder._display import in_print
 from firstorder.bandwidth._spectral_norm import reach, spectral_norm
 from firstorder.bandwidth.pixel_rates import _bands
@@ -58,6 +58,9 @@ def pixel_differences(
         eye: [m].
         label: what each pixel shows.
 
+    Raises:
+        ValueError: if an array has another shape.
+
     Reference: D05 §6.2: "directly in screen-space with finite-difference approximation".
 
     Example:
@@ -69,10 +72,18 @@ def pixel_differences(
         >>> turns.position[1, 0].tolist()  # a metre per pixel, of a floor
         [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]
     """
+    position, normal, label = np.asarray(position), np.asarray(normal), np.asarray(label)
+    if position.ndim != 3:
+        raise ValueError(
+            f"Argument `position` must have shape (w, h, 3), but has {position.shape}."
+        )
+    check_coordinates("position", position)
+    check_shape("normal", normal, position.shape)
+    check_shape("label", label, position.shape[:2])
+    check_shape("eye", np.asarray(eye), (3,))
     to_eye = np.asarray(eye) - position
     to_eye = to_eye / np.linalg.norm(to_eye, axis=-1, keepdims=True)
     mirrored = 2.0 * np.sum(normal * to_eye, -1, keepdims=True) * normal - to_eye
-    label = np.asarray(label)
     r, n, x = (_differences(a, label) for a in (mirrored, normal, position))
     along = np.sum(mirrored[..., None] * x, -2, keepdims=True)
     return PixelDifferences(r, n, x - mirrored[..., None] * along, x)
@@ -120,6 +131,7 @@ def screen_glossy_bandwidth(
         ...     light=0.25).tolist()
         [[1.75]]
     """
+    check_kind("turns", turns, PixelDifferences, "what `pixel_differences` gives")
     valid = _bands(cutoff, slope, light) & _finite(turns.mirrored) & _finite(turns.moved)
     s = as_float(slope)[..., None, None]
     moved = as_float(turns.moved)
@@ -149,6 +161,7 @@ def screen_diffuse_bandwidth(
         ...     light=0.25).tolist()
         [[1.75]]
     """
+    check_kind("turns", turns, PixelDifferences, "what `pixel_differences` gives")
     valid = _bands(cutoff, slope, light) & _finite(turns.normal) & _finite(turns.position)
     both = as_float(cutoff) + as_float(light)
     moved = as_float(slope) * spectral_norm(as_float(turns.position))

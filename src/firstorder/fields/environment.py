@@ -14,7 +14,7 @@ from firstorder._argument_checks import (
     check_shape,
     nan_unless,
 )
-from firstorder.conventions import FLATLAND, Frame
+from firstorder.conventions import FLATLAND, Frame, _check_frame
 from firstorder.errors import Refused
 from firstorder.fields._coerce import field_of
 from firstorder.fields._series import Series
@@ -41,7 +41,7 @@ class Harmonics(Field):
         frame: the one coordinate.
 
     Raises:
-        ValueError: if both do not have the same shape.
+        ValueError: if both are not rows of one length, or the frame has several coordinates.
 
     Example:
         >>> from firstorder.fields import Harmonics
@@ -54,8 +54,17 @@ class Harmonics(Field):
     frame: Frame = eqx.field(static=True, default=ANGLE)
 
     def __check_init__(self):
-        """Refuse coefficients that do not pair."""
-        check_shape("sines", self.sines, self.cosines.shape)
+        """Refuse coefficients that do not pair, and more than one coordinate."""
+        _check_frame(self.frame)
+        if self.frame.dims != 1:
+            names = " and ".join(self.frame.coordinates)
+            raise ValueError(f"Argument `frame` must have one coordinate, but has {names}.")
+        shape = np.shape(self.cosines)
+        if len(shape) != 1 or shape == (0,):
+            raise ValueError(
+                f"Argument `cosines` must be a row of coefficients, but has shape {shape}."
+            )
+        check_shape("sines", self.sines, shape)
         check_finite("cosines", self.cosines)
         check_finite("sines", self.sines)
 

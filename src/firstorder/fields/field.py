@@ -8,11 +8,18 @@ from typing import Any, Literal, overload
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_one, what
+from firstorder._argument_checks import (
+    check_one,
+    check_real,
+    check_real_attributes,
+    check_shape,
+    what,
+)
 from firstorder._display import Axes, Module, as_picture, drawn
-from firstorder.conventions import UNSTATED, Frame
+from firstorder.conventions import UNSTATED, Frame, _check_frame
 from firstorder.errors import Refused
 from firstorder.fields._held import Held
 from firstorder.fields._level_root import root_between
@@ -55,6 +62,11 @@ class Field(Held):
         for name in ("at", "jet"):
             if name in cls.__dict__:
                 setattr(cls, name, of_ray(cls.__dict__[name]))
+
+    def __check_init__(self):
+        """Refuse a frame that is none, and complex numbers: light is real."""
+        _check_frame(vars(self).get("frame", UNSTATED))
+        check_real_attributes(self)
 
     @abc.abstractmethod
     def at(self, u: Ray) -> Scalar:
@@ -182,6 +194,7 @@ class Field(Held):
             )
         weight = as_float(weight)
         check_one("weight", weight)
+        check_real("weight", weight)
         return Sum((self,), jnp.stack([weight]))
 
     __rmul__ = __mul__
@@ -339,6 +352,10 @@ class Affine(Field):
         offset: the value at the origin.
         frame: names of the coordinates.
 
+    Raises:
+        ValueError: if the normal has not one number for each coordinate, or the offset is more
+            than one.
+
     Example:
         >>> from firstorder.fields import Affine
         >>> Affine([1.0, -2.0], 0.5)(3.0, 1.0).item()
@@ -348,6 +365,12 @@ class Affine(Field):
     normal: Vector = eqx.field(converter=as_float)
     offset: Scalar = eqx.field(converter=as_float)
     frame: Frame = eqx.field(static=True, default=UNSTATED)
+
+    def __check_init__(self):
+        """Refuse a normal of other coordinates."""
+        _check_frame(self.frame)
+        check_shape("normal", self.normal, (self.frame.dims,))
+        check_one("offset", self.offset)
 
     def at(self, u: Ray) -> Scalar:
         """Signed level."""
@@ -408,7 +431,7 @@ class Sum(Field):
         weights: one number for each.
 
     Raises:
-        ValueError: if the fields do not share one frame.
+        ValueError: if the fields do not share one frame, are none, or have not one weight each.
         TypeError: if one is no field.
 
     Example:
@@ -428,6 +451,13 @@ class Sum(Field):
 
     def __check_init__(self):
         """Refuse what is no field, and a sum over different coordinates."""
+        if not self.fields:
+            raise ValueError("Argument `fields` must hold a field, but is empty.")
+        if np.shape(self.weights) != (len(self.fields),):
+            raise ValueError(
+                f"Argument `weights` must be {len(self.fields)} numbers, one for each field, but "
+                f"has shape {np.shape(self.weights)}."
+            )
         for f in self.fields:
             if not isinstance(f, Field):
                 raise TypeError(

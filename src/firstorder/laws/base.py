@@ -14,6 +14,7 @@ from typing import TypeVar
 import jax
 import jax.numpy as jnp
 
+from firstorder._argument_checks import check_real_attributes
 from firstorder._display import Module, in_notebook
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
@@ -36,6 +37,10 @@ class Law(Module):
     """
 
     _repr_markdown_ = in_notebook
+
+    def __check_init__(self):
+        """Refuse complex numbers: light is real."""
+        check_real_attributes(self)
 
     def frame(self, frame: Frame) -> Frame:
         """Frame of the result, given that of the operand."""

@@ -11,9 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_kind, check_positive
 from firstorder._display import Module
-from firstorder.conventions import Frame
+from firstorder.conventions import UNSTATED, Frame, _check_frame
 from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Constant, Edge, Field
@@ -74,6 +74,9 @@ class Warp(Law):
         map: the map T with its derivatives.
         to: frame of the result, the operand's if left out.
 
+    Raises:
+        TypeError: if the map is no `Map`, such as a plain function.
+
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.fields import gaussian
@@ -82,6 +85,11 @@ class Warp(Law):
 
     map: Map
     to: Frame | None = eqx.field(static=True, default=None)
+
+    def __check_init__(self):
+        """Refuse what is no map, and what is no frame."""
+        check_kind("map", self.map, Map, "a `Map`, a class of yours whose call is T(u)")
+        _check_frame(self.to or UNSTATED)
 
     def frame(self, frame: Frame) -> Frame:
         """The named frame, or the operand's."""

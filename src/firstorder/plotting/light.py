@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.image import AxesImage
 
+from firstorder._argument_checks import check_not_negative, check_positive
 from firstorder.plotting._axes import label_axes
 from firstorder.plotting.overlays import print_scale
 from firstorder.plotting.style import MAGNITUDE, RADIANCE, SIGNED
@@ -58,6 +59,8 @@ def show_light_field(
     values = _checked(values, x, theta)
     known = values[np.isfinite(values)]
     signed = bool(np.any(known < 0)) if signed is None else signed
+    if limit is not None:
+        check_not_negative("limit", limit)
     top = float(np.max(np.abs(known), initial=0.0)) if limit is None else float(limit)
     top = top if top > 0 else 1.0
     image = _image(ax, values, x, theta, equal)
@@ -112,6 +115,8 @@ def show_spectrum(
         (-4.0, 0.0)
     """
     magnitude = np.abs(_checked(F, Omega_x, Omega_theta))
+    if reference is not None:
+        check_not_negative("reference", reference)
     known = magnitude[np.isfinite(magnitude)]
     top = float(np.max(known, initial=0.0)) if reference is None else float(reference)
     top = top if top > 0 else 1.0
@@ -136,12 +141,17 @@ def log_magnitude(F, reference: float, decades: float) -> np.ndarray:
     Returns:
         An array of the shape of F.
 
+    Raises:
+        ValueError: if the reference or the decades are not positive.
+
     Example:
         >>> import numpy as np
         >>> from firstorder.plotting import log_magnitude
         >>> log_magnitude(np.array([10.0, 0.1, 0.0]), 10.0, 6.0).tolist()
         [0.0, -2.0, -6.0]
     """
+    check_positive("reference", reference)
+    check_positive("decades", decades)
     return np.log10(np.maximum(np.abs(F) / reference, 10.0**-decades))
 
 

@@ -8,6 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse
 from matplotlib.text import Text
 
+from firstorder._argument_checks import check_positive, check_shape
+
 _HALO = [patheffects.withStroke(linewidth=2.4, foreground="black")]
 
 
@@ -65,6 +67,9 @@ def set_covariance(ellipse: Ellipse, matrix, *, sigmas: float = 1.0) -> None:
         matrix: symmetric, shape (2, 2).
         sigmas: how many standard deviations it shows.
 
+    Raises:
+        ValueError: if the matrix has another shape, or `sigmas` not positive.
+
     Example:
         >>> from firstorder.plotting import covariance_ellipse, panels, set_covariance
         >>> figure, axes = panels()
@@ -73,7 +78,10 @@ def set_covariance(ellipse: Ellipse, matrix, *, sigmas: float = 1.0) -> None:
         >>> max(ellipse.width, ellipse.height)
         8.0
     """
-    squares, axes = np.linalg.eigh(np.asarray(matrix, dtype=float))
+    matrix = np.asarray(matrix, dtype=float)
+    check_shape("matrix", matrix, (2, 2))
+    check_positive("sigmas", sigmas)
+    squares, axes = np.linalg.eigh(matrix)
     width, height = 2.0 * sigmas * np.sqrt(np.maximum(squares, 0.0))
     angle = float(np.degrees(np.arctan2(axes[1, 0], axes[0, 0])))
     ellipse.set(width=float(width), height=float(height), angle=angle)

@@ -20,6 +20,7 @@ from jaxtyping import Array, Float, Int
 from firstorder._argument_checks import (
     check_finite,
     check_integer,
+    check_one,
     check_positive,
     is_concrete,
     nan_unless,
@@ -269,7 +270,8 @@ def sample_line(
         breaks: where the function jumps or has a kink, in rising order.
 
     Raises:
-        ValueError: if the ends and breaks do not rise, or a count is too small.
+        ValueError: if the ends and breaks do not rise, an end is more than one number, or a count
+            is too small.
 
     Reference: R07 §6.3, §9.1 and §9.2.
 
@@ -281,6 +283,8 @@ def sample_line(
         >>> int(jnp.sum(jnp.abs(line.x) < 0.25))  # a quarter of the line, most of the samples
         24
     """
+    check_one("low", low)
+    check_one("high", high)
     parts = [jnp.atleast_1d(as_float(part)) for part in (low, breaks, high)]
     ends = jnp.concatenate(parts)
     pieces = ends.size - 1

@@ -18,7 +18,12 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 from scipy.special import betaincinv
 
-from firstorder._argument_checks import check_count, check_integer, check_positive
+from firstorder._argument_checks import (
+    check_count,
+    check_finite,
+    check_integer,
+    check_positive,
+)
 from firstorder._display import Module, in_print
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._refinement import with_errors
@@ -180,7 +185,8 @@ def expected_fixed_radius(cumulative: Cumulative, x, radius: float, count: int) 
         Mean and spread of `points inside / (2 r count)`.
 
     Raises:
-        ValueError: if the radius is not positive, or `count` no positive integer.
+        ValueError: if the radius is not positive, a place not finite, or `count` no positive
+            integer.
 
     Example:
         >>> import numpy as np
@@ -192,6 +198,7 @@ def expected_fixed_radius(cumulative: Cumulative, x, radius: float, count: int) 
     """
     check_positive("radius", radius)
     check_count("count", count)
+    check_finite("x", x)
     x = np.asarray(x, float)
     # A sum of shares may end a rounding above 1.
     p = np.clip(cumulative(x + radius) - cumulative(x - radius), 0.0, 1.0)
@@ -230,7 +237,7 @@ def expected_k_nearest(
 
     Raises:
         ValueError: unless k lies between 2 and `count`: of the nearest point alone the mean is
-            infinite.
+            infinite. If a place is not finite, or `kept` is no integer from 1 to k.
 
     Example:
         >>> import numpy as np
@@ -239,10 +246,16 @@ def expected_k_nearest(
         >>> round(expected_k_nearest(even, [0.5], 11, 1000).mean[0].item(), 6)  # 11 / 10
         1.1
     """
+    check_count("k", k)
+    check_count("count", count)
+    check_finite("x", x)
     if not 2 <= k <= count:
         raise ValueError(f"Argument `k` must lie in [2, {count}], but is {k}.")
     x = np.atleast_1d(np.asarray(x, float))
     kept = k if kept is None else kept
+    check_count("kept", kept)
+    if kept > k:
+        raise ValueError(f"Argument `kept` must be at most `k`, {k}, but is {kept}.")
     t, w = gauss_legendre(nodes)
     # The substitution u = (3 - v^2) v / 4 + 1/2 flattens the quantile's steep ends.
     u, w = 0.5 + 0.25 * t * (3.0 - t**2), w * 0.75 * (1.0 - t**2)

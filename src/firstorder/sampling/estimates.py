@@ -13,7 +13,13 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_not_negative
+from firstorder._argument_checks import (
+    check_integer,
+    check_kind,
+    check_not_negative,
+    check_real,
+    check_real_attributes,
+)
 from firstorder._display import Module
 from firstorder.numerics._scale import power_of_two
 from firstorder.typing import as_float
@@ -28,7 +34,7 @@ class Estimate(Module):
         count: how many samples.
 
     Raises:
-        ValueError: if `count` is negative.
+        ValueError: if `count` is negative, or a number complex.
 
     Example:
         >>> from firstorder.sampling import Estimate
@@ -41,13 +47,16 @@ class Estimate(Module):
     count: Float[Array, "*n"] | Float[Array, ""] = eqx.field(converter=lambda c: as_float(c))
 
     def __check_init__(self):
-        """Refuse a negative count."""
+        """Refuse a negative count, and complex numbers."""
+        check_real_attributes(self)
         check_not_negative("count", self.count)
 
     def z(self, truth: ArrayLike) -> Float[Array, "*n"]:
         """Deviation from a known value in standard errors; zero where both agree without error."""
         off = self.mean - as_float(truth)
-        return jnp.where(off == 0.0, 0.0, off / jnp.where(self.error > 0.0, self.error, 0.0))
+        exact = (off == 0.0) & ~(self.error > 0.0)
+        error = jnp.where(self.error > 0.0, self.error, jnp.where(exact, 1.0, 0.0))
+        return jnp.where(exact, 0.0, off / error)
 
     def scaled(self, factor: ArrayLike) -> Estimate:
         """The estimate of `factor` times the quantity."""
@@ -107,12 +116,21 @@ class Moments(Module):
 
     def estimate(self) -> Estimate:
         """The mean and its standard error."""
-        error = jnp.sqrt(self.variance() / jnp.maximum(self.count, 1.0))
+        square = self.variance() / jnp.maximum(self.count, 1.0)
+        alike = square == 0.0  # where the root has no derivative, zero is taken
+        error = jnp.where(alike, 0.0, jnp.sqrt(jnp.where(alike, 1.0, square)))
         return Estimate(self.mean, error, self.count)
 
 
 def estimate(samples: Any, axis: int = 0) -> Estimate:
     """Mean and standard error of independent samples along an axis.
+
+    Args:
+        samples: real numbers.
+        axis: along which they are independent.
+
+    Raises:
+        ValueError: if they have no such axis, or are complex.
 
     Example:
         >>> from firstorder.sampling import estimate
@@ -120,6 +138,10 @@ def estimate(samples: Any, axis: int = 0) -> Estimate:
         1.0
     """
     x = as_float(samples)
+    check_real("samples", x)
+    check_integer("axis", axis)
+    if not -x.ndim <= axis < x.ndim:
+        raise ValueError(f"Argument `samples` must have an axis {axis}, but has shape {x.shape}.")
     unit = _unit(x, axis)
     shares = x / jnp.expand_dims(unit, axis)
     seen = Moments(jnp.ones_like(x), shares, jnp.zeros_like(x)).merged(axis)
@@ -137,6 +159,7 @@ def combine(estimates: Sequence[Estimate]) -> Estimate:
 
     Raises:
         ValueError: if there are none.
+        TypeError: if one is no estimate.
 
     Example:
         >>> from firstorder.sampling import combine, estimate
@@ -144,6 +167,9 @@ def combine(estimates: Sequence[Estimate]) -> Estimate:
         >>> both.mean.item(), both.count.item()
         (4.0, 6.0)
     """
+    check_kind("estimates", estimates, (list, tuple), "a list of estimates")
+    for number, one in enumerate(estimates):
+        check_kind(f"estimates[{number}]", one, Estimate, "an `Estimate`")
     if not estimates:
         raise ValueError("Argument `estimates` must hold at least one estimate, but is empty.")
 

@@ -140,7 +140,10 @@ def grouped(
         ValueError: if there is nothing.
     """
     if not things:
-        raise ValueError("Argument `things` must hold at least one shape, but is empty.")
+        raise ValueError(
+            "Argument `things` must hold at least one shape, but is empty: for an open sky alone "
+            "let it be a floor, which hides nothing of the sky above it."
+        )
     groups, materials, names = [], [], []
     for kind in kinds:
         here = [t for t in things if isinstance(t.shape, kind)]

@@ -4,23 +4,76 @@ from __future__ import annotations
 
 from typing import Any, cast
 
+import numpy as np
 import sympy
+from scipy.optimize import brentq
+from sympy.core.relational import Relational
 
 from firstorder.errors import Refused
 from firstorder.symbolic._programs.exact import Expr
+from firstorder.symbolic._programs.functions import Unknown
 from firstorder.symbolic._programs.primitives import Choice
 
+NOT_STRAIGHT = "an edge that is not straight along the integral has no closed form here"
+TRIES, FAR, STEPS = 4, 6.0, 6001  # where a level is looked for
+ZERO = 1e-5  # share of a factor's size: constants of programs may have single precision
 
-def differentiated(expression: Expr, symbol: sympy.Symbol) -> Expr:
+
+def differentiated(expression: Expr, symbol: sympy.Symbol, meant: dict | None = None) -> Expr:
     """The derivative between edges.
 
     The derivative of a jump is a Dirac: nothing between edges, and inside an integral the boundary
     term of the edge that sweeps through it.
+
+    Args:
+        expression: with integrals in it, or none.
+        symbol: along which.
+        meant: what symbols stand for, that keep their place apart until it is differentiated.
+
+    Raises:
+        Refused: if an edge inside an integral moves and has no closed form.
     """
-    cases = {integral: _cased(integral) for integral in expression.atoms(sympy.Integral)}
-    rate = sympy.diff(expression.xreplace(cases), symbol)
-    rate = rate.replace(lambda e: isinstance(e, sympy.Derivative), lambda e: e.doit())
-    return between_edges(sifted(rate)).replace(_Case, _Case.settled)
+    stepped = expression.replace(sympy.Mod, lambda a, b: a - b * sympy.floor(a / b))
+    stepped = stepped.replace(lambda e: isinstance(e, (sympy.floor, sympy.ceiling)), _Step)
+    swept = stepped.replace(sympy.Integral, _Swept.of)
+    rate = between_edges(sifted(_rate(swept, symbol).xreplace(meant or {})))
+    rate = rate.replace(_Swept, sympy.Integral).replace(_Case, _Case.settled)
+    return rate.replace(_Step, lambda step: step)
+
+
+def _rate(expression: Expr, symbol: sympy.Symbol) -> Expr:
+    """The derivative, carried out."""
+    rate = sympy.diff(expression, symbol)
+    return rate.replace(lambda e: isinstance(e, sympy.Derivative), lambda e: e.doit())
+
+
+class _Step(sympy.Function):
+    """`Step(floor(u))`: it does not change between its steps, for which SymPy has no derivative."""
+
+    nargs = 1
+
+    def _eval_derivative(self, s):
+        return sympy.Integer(0)
+
+
+class _Swept(sympy.Integral):
+    """An integral whose choices jump, and whose variable stays real when it is differentiated."""
+
+    @classmethod
+    def of(cls, function, *limits) -> Expr:
+        """The same integral as one of these."""
+        return cls(function.replace(sympy.Piecewise, _cases), *limits)
+
+    def _eval_derivative(self, sym):
+        if any(step.has(sym) for step in self.function.atoms(_Step)):
+            raise Refused("a floor that moves inside an integral has no closed form here")
+        *inner, (t, *ends) = cast(Any, self.limits)
+        f = cast(Any, self.func(self.function, *inner) if inner else self.function)
+        rate = self.func(sympy.diff(f, sym), (t, *ends))
+        for sign, end in zip((-1, 1), ends, strict=True):
+            speed = cast(Any, sympy.diff(end, sym))
+            rate += sign * f.subs(t, end) * speed if speed != 0 else 0
+        return rate
 
 
 class _Case(Choice):
@@ -29,45 +82,78 @@ class _Case(Choice):
     nargs = 3
 
     @classmethod
+    def eval(cls, *args):
+        """What both cases have in common, or the case that is decided."""
+        return args[0] if args[0] == args[1] else super().eval(*args)
+
+    @classmethod
     def settled(cls, yes, no, condition) -> Expr:
         """The choice as SymPy has it."""
         return sympy.Piecewise((yes, condition), (no, True), evaluate=False)
 
     def _eval_derivative(self, s):
         yes, no, condition = cast(Any, self.args)
-        levels = _levels(condition)
-        edges = (on * sympy.DiracDelta(level) * sympy.diff(level, s) for level, on in levels)
-        within = _Case(sympy.diff(yes, s), sympy.diff(no, s), condition)
+        edges = [
+            on * sympy.DiracDelta(level) * sympy.diff(level, s)
+            for level, on in (_levels(condition) if condition.has(s) else ())
+        ]
+        (yes_rate, yes_edges), (no_rate, no_edges) = _parted(yes, s), _parted(no, s)
+        holds: Any = _Case(1, 0, condition)
+        within = _Case(yes_rate, no_rate, condition) + holds * yes_edges + (1 - holds) * no_edges
         return within + (yes - no) * sympy.Add(*edges)
 
 
-def _cased(integral: Any) -> Expr:
-    """An integral whose choices jump where they do so at straight levels."""
-    t = integral.limits[0][0]
+def _parted(expression: Expr, s: sympy.Symbol) -> tuple[Expr, Expr]:
+    """The derivative between edges, and its terms with Diracs."""
+    rate = _rate(expression, s)
+    if not rate.has(sympy.DiracDelta):
+        return rate, sympy.Integer(0)
+    terms = sympy.Add.make_args(sympy.expand_mul(rate))
+    return between_edges(rate), sympy.Add(*(e for e in terms if e.has(sympy.DiracDelta)))
 
-    def straight(e: Any) -> bool:
-        if e.func is not sympy.Piecewise or len(e.args) != 2 or e.args[1].cond != sympy.true:
-            return False
-        slopes = [sympy.diff(level, t) for level, _ in _levels(e.args[0].cond)]
-        return any(slope != 0 for slope in slopes) and not any(slope.has(t) for slope in slopes)
 
-    return integral.replace(straight, lambda e: _Case(*(a.expr for a in e.args), e.args[0].cond))
+def _cases(*pairs: Any) -> Expr:
+    """Choices of one relation each."""
+    (yes, condition), *rest = pairs
+    if not rest:
+        return _chosen(yes, sympy.nan, condition)
+    return _chosen(yes, _cases(*rest), condition)
+
+
+def _chosen(yes: Expr, no: Expr, condition: Any) -> Expr:
+    """A choice, with one inside the other for a condition that joins others."""
+    if isinstance(condition, sympy.Not):
+        return _chosen(no, yes, condition.args[0])
+    if isinstance(condition, (sympy.And, sympy.Or)):
+        first, *more = condition.args
+        inner = _chosen(yes, no, condition.func(*more))
+        both = isinstance(condition, sympy.And)
+        return _chosen(inner, no, first) if both else _chosen(yes, inner, first)
+    return _Case(yes, no, condition)
 
 
 def _levels(condition: Any) -> list[tuple[Expr, Expr]]:
-    """Levels, positive where a condition holds: two for one of a size, none if it is not known.
+    """Levels, positive where a relation holds: two for one of a size.
 
     With each goes 1 where it is the level, else 0: that of a side is so where the side is positive.
     """
-    if condition.func not in (sympy.Lt, sympy.Le, sympy.Gt, sympy.Ge):
-        return []
-    level = condition.gts - condition.lts
-    sizes = list(level.atoms(sympy.Abs))
-    if len(sizes) > 1:
-        return []
-    sides = [(size, sign * size.args[0]) for size in sizes for sign in (1, -1)]
-    found = [(level.xreplace({size: side}), (1 + sympy.sign(side)) / 2) for size, side in sides]
-    return found or [(level, sympy.Integer(1))]
+    if isinstance(condition, (sympy.Eq, sympy.Ne)):
+        return []  # it holds, or fails, at single places
+    if not isinstance(condition, (sympy.Lt, sympy.Le, sympy.Gt, sympy.Ge)):
+        raise Refused(f"the edge of {condition} inside an integral has no closed form here")
+    return _sides(cast(Any, condition.gts) - cast(Any, condition.lts))
+
+
+def _sides(level: Expr) -> list[tuple[Expr, Expr]]:
+    """A level without sizes: on either side of each its own."""
+    innermost = [size for size in level.atoms(sympy.Abs) if not size.args[0].has(sympy.Abs)]
+    if not innermost:
+        return [(level, sympy.Integer(1))]
+    size, found = innermost[0], []
+    for side in (size.args[0], -size.args[0]):
+        on = (1 + sympy.sign(side)) / 2
+        found += [(one, on * more) for one, more in _sides(level.xreplace({size: side}))]
+    return found
 
 
 def between_edges(expression: Expr) -> Expr:
@@ -85,24 +171,91 @@ def sifted(expression: Expr) -> Expr:
     return expression.xreplace(found)
 
 
-def _sift(integral: Expr) -> Expr:
+def _sift(integral: Any) -> Expr:
     """`int g(t) delta(a t + b) dt = g(-b / a) / |a|` if that lies between the ends."""
-    t, lower, upper = integral.limits[0]
-    smooth, total = between_edges(integral.function), sympy.Integer(0)
-    for term in sympy.Add.make_args(sympy.expand_mul(integral.function)):
-        deltas = list(term.atoms(sympy.DiracDelta))
-        if not deltas:
-            continue
-        level: Expr = deltas[0].args[0]
+    limits, *outer = integral.limits
+    t, lower, upper = limits
+    function = sifted(integral.function)
+    smooth, total = between_edges(function), sympy.Integer(0)
+    for delta, factor in _factors(function).items():
+        level: Expr = delta.args[0]
         slope = sympy.diff(level, t)
-        if len(deltas) > 1 or len(deltas[0].args) > 1 or slope.has(t):
-            raise Refused("an edge that is not straight along the integral has no closed form here")
-        if slope == 0:
-            continue  # it runs along the integral, and is an edge of the result
-        place = -level.subs(t, 0) / slope
-        inside = _between(place, lower, upper)
-        total += inside * (term / deltas[0]).subs(t, place) / sympy.Abs(slope)
-    return total + sympy.Integral(smooth, integral.limits[0]) if smooth != 0 else total
+        if slope == 0:  # it runs along the integral, and is an edge of the result
+            total += delta * sympy.Integral(factor, limits)
+        elif not slope.has(t):
+            place = -level.subs(t, 0) / slope
+            total += _between(place, lower, upper) * _at_edge(factor, t, place) / sympy.Abs(slope)
+        elif not _vanishes(factor, level, t):
+            raise Refused(NOT_STRAIGHT)
+    total += sympy.Integral(smooth, limits) if smooth != 0 else 0
+    return sifted(sympy.Integral(total, *outer)) if outer else total
+
+
+def _factors(integrand: Expr) -> dict[Any, Expr]:
+    """What each Dirac is multiplied by."""
+    found: dict[Any, Expr] = {}
+    for term in sympy.Add.make_args(sympy.expand_mul(integrand)):
+        deltas = list(term.atoms(sympy.DiracDelta))
+        if len(deltas) > 1 or any(len(delta.args) > 1 for delta in deltas):
+            raise Refused(NOT_STRAIGHT)
+        for delta in deltas:
+            found[delta] = found.get(delta, 0) + term / delta
+    return found
+
+
+@np.errstate(all="ignore")
+def _vanishes(factor: Expr, level: Expr, t: sympy.Symbol) -> bool:
+    """Whether a factor is zero where a level is: there light is continuous, and no edge sweeps.
+
+    It is asked at numbers, with some function in the place of each unknown one.
+    """
+    pair = sympy.Tuple(level, factor).replace(_Step, lambda step: step)
+    calls = sorted({c.func for c in pair.atoms(Unknown)}, key=str)
+    for k, call in enumerate(calls, 1):
+        pair = pair.replace(call, lambda *u, k=k: sympy.cos(sympy.Add(k, *u) + u[0] / (k + 1)))
+    symbols = sorted(pair.free_symbols - {t}, key=str)
+    run = sympy.lambdify((t, *symbols), pair.replace(_Case, _Case.settled), "numpy")
+    values = np.random.default_rng(0).uniform(0.1, 1.0, (TRIES, len(symbols)))
+    across, seen = np.linspace(-FAR, FAR, STEPS), False
+    for given in values:
+        levels, factors = (np.broadcast_to(a, across.shape) for a in run(across, *given))
+        scale = np.max(np.abs(factors[np.isfinite(factors)]), initial=0.0)
+        for i in np.flatnonzero(levels[:-1] * levels[1:] < 0.0):
+            root = brentq(lambda u, given=given: run(u, *given)[0], across[i], across[i + 1])
+            seen = True
+            if not abs(run(root, *given)[1]) <= ZERO * scale:
+                return False
+    return seen
+
+
+def _at_edge(factor: Expr, t: sympy.Symbol, place: Expr) -> Expr:
+    """A factor of a Dirac at its place; of what jumps there too, the mean of both sides."""
+    means = {}
+    for jump in factor.atoms(sympy.sign, sympy.Heaviside, _Case):
+        level = _sides_differ(jump)
+        if level is not None and sympy.simplify(level.subs(t, place)) == 0:
+            means[jump] = sympy.Dummy(), _mean(jump)
+    marked = factor.xreplace({jump: mark for jump, (mark, _) in means.items()}).subs(t, place)
+    marks = {mark for mark, _ in means.values()}
+    if any(sympy.diff(marked, mark).free_symbols & marks for mark in marks):
+        raise Refused("a jump inside a function that is not linear has no closed form here")
+    return marked.xreplace({mark: mean.subs(t, place) for mark, mean in means.values()})
+
+
+def _sides_differ(jump: Any) -> Expr | None:
+    """The level of a jump."""
+    if not isinstance(jump, _Case):
+        return jump.args[0]
+    condition: Any = jump.args[2]
+    return cast(Any, condition.lhs) - condition.rhs if isinstance(condition, Relational) else None
+
+
+def _mean(jump: Any) -> Expr:
+    """Half of the values on both sides of a jump."""
+    if isinstance(jump, _Case):
+        yes, no, _ = cast(Any, jump.args)
+        return (yes + no) / 2
+    return sympy.Integer(0) if isinstance(jump, sympy.sign) else sympy.Rational(1, 2)
 
 
 def _between(place, lower, upper) -> Expr:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -39,16 +40,20 @@ def measured_band_limit(profile: Callable, end: float, share: float) -> LobeBand
     if not 0.0 < share < 1.0:
         raise ValueError(f"Argument `share` must lie between 0 and 1, but is {share:g}.")
     nodes, (before, _) = FEWEST, _band_limit(profile, end, share, FEWEST)
+    moved = rounding = 0.0
     while nodes < MOST:
         nodes *= 2
         Omega, rounding = _band_limit(profile, end, share, nodes)
-        error = abs(Omega - before) + rounding
-        if error <= STILL * Omega:
-            return LobeBandLimit(Omega, error, share)
-        before = Omega
+        moved, before = abs(Omega - before), Omega
+        if moved + rounding <= STILL * Omega:
+            return LobeBandLimit(Omega, moved + rounding, share)
+    reason = (
+        "what jumps has energy at all frequencies"
+        if moved > rounding
+        else "so small a share of the energy is lost in rounding"
+    )
     raise Refused(
-        f"no band limit for a share of {share:g} is found: what jumps has energy at all "
-        "frequencies; ask for a larger share"
+        f"no band limit for a share of {share:g} is found: {reason}; ask for a larger share"
     )
 
 
@@ -64,10 +69,10 @@ def _band_limit(profile: Callable, end: float, share: float, nodes: int) -> tupl
         kernel = 2.0 * Omega * np.sinc(2.0 * Omega * gap)
         return float(1.0 - amplitude @ kernel @ amplitude / total) - share
 
-    highest = 0.25 * nodes / end
-    if beyond(highest) > 0.0:
-        return highest, highest
+    highest, noise = 0.25 * nodes / end, nodes * float(np.finfo(float).eps)
+    if (left := beyond(highest)) > 0.0:
+        return highest, 0.0 if left + share > noise else math.inf
     Omega = float(brentq(beyond, 0.0, highest, xtol=1e-13 / end))
     F = np.abs(np.asarray(fourier_kernel(np.array([Omega]), t[:, None])) @ amplitude)
     density = 2.0 * float(F) ** 2 / float(total)  # of the energy, at Omega
-    return Omega, nodes * float(np.finfo(float).eps) / density if density > 0.0 else highest
+    return Omega, noise / density if density > 0.0 else math.inf

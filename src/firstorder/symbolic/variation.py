@@ -118,8 +118,8 @@ def named_terms(path: Any, frame: Frame = FLATLAND) -> NamedTerms:
     expression = value.expression.replace(is_light, marked).xreplace({x: rest})
 
     def part(symbol: Expr) -> Formula:
-        rate = differentiated(expression, symbol)
-        return value.mapped(lambda _: rate.xreplace({place: x, turned: x, rest: x}).subs(more, 0))
+        meant = {place: x, turned: x, rest: x, more: sympy.Integer(0)}
+        return value.mapped(lambda _: differentiated(expression, symbol, meant))
 
     calls = filter(is_light, value.expression.atoms(Unknown))
     directions = (a for c in calls for n, a in zip(c.names, c.args, strict=True) if n not in along)

@@ -203,6 +203,23 @@ class Path(Module):
         """The light field at the end."""
         return self.steps[-1]
 
+    def __call__(self, *coordinates: Any, with_error: bool = False) -> Any:
+        """Radiance at the end, `path.light(*coordinates)`.
+
+        Args:
+            coordinates: of the light at the end, in the order of its frame; they broadcast.
+            with_error: as for a field.
+
+        Example:
+            >>> from firstorder.conventions import FLATLAND_SLOPE
+            >>> from firstorder.fields import gaussian
+            >>> from firstorder.transport import Travel
+            >>> path = gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE) >> Travel(2.0)
+            >>> round(path(2.0, 1.0).item(), 6)  # exp(-1/2)
+            0.606531
+        """
+        return self.light(*coordinates, with_error=with_error)
+
     @property
     def spectra(self) -> tuple[Spectrum | Refused, ...]:
         """Spectrum at every step, or the refusal that stopped it."""

@@ -145,3 +145,11 @@ def test_counted_samples_notice_an_area_that_is_doubled(monkeypatch):
     assert plain is not None
     monkeypatch.setattr(RayFilter, "area", property(lambda own: 2.0 * plain(own)))
     assert counts.ours_against_counting() > 0.3
+
+
+def test_a_wedge_has_three_corners():
+    k, wrong = sheared_filter(1.0, 0.25, 0.5, 2.0, 16.0), np.ones((2, 3))
+    words = r"`corners` must have shape \(3, 2\)|violates type hint"
+    for ask in (receiver_rate, light_rate, sampling_rates):
+        with pytest.raises((ValueError, TypeError), match=words):
+            ask(k, wrong)

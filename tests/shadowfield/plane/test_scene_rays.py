@@ -101,3 +101,19 @@ def test_a_light_at_another_height_is_refused():
     np.testing.assert_allclose(visible_lengths(scene, np.zeros(1), 2.0, 2.0), 2.0)
     with pytest.raises(ValueError, match="`light_height` must be that of the light, 2 to 2, but"):
         visible_lengths(scene, np.zeros(1))
+
+
+@pytest.mark.parametrize("name", ["x", "y", "light_height"])
+def test_a_ray_from_nowhere_is_refused(name):
+    """Nothing would hide it."""
+    scene = Scene.of(primitive(Segments((0.0, 0.5), (1.0, 0.5))))
+    with pytest.raises(ValueError, match=f"`{name}` must be finite"):
+        ray_visibility(scene, **({"x": 0.5, "y": 0.5} | {name: np.nan}))
+
+
+def test_blockers_stand_below_the_light():
+    scene = Scene.of(primitive(Segments((0.0, 0.5), (1.0, 0.75))))
+    with pytest.raises(ValueError, match=r"above all blockers, of which one is at 0.75 m"):
+        depth_range(scene, 0.6)
+    with pytest.raises(ValueError, match="`light_height` must be finite"):
+        depth_range(scene, np.nan)

@@ -268,3 +268,8 @@ def test_traced_depths_that_are_none_make_no_wedge(depths):
     slopes = jax.jit(lambda low, high: jnp.stack(Wedge(low, high).slopes(1.0)))
     assert np.isnan(slopes(*depths)).all()
     assert not jax.jit(lambda low, high: Wedge(low, high).contains(0.0, 0.0))(*depths)
+
+
+def test_a_wedge_is_between_two_depths():
+    with pytest.raises(ValueError, match="`d2_min` must be one number"):
+        Wedge([0.2, 0.3], 0.5)

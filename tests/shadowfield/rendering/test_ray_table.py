@@ -145,3 +145,13 @@ def test_edges_of_a_lamp_in_single_precision_are_orthogonal_to_its_rounding():
 def test_a_lamp_is_somewhere_in_space(center):
     with pytest.raises(ValueError, match=r"^Argument `center` must (have three coord|be finite)"):
         lamp_frame(center, (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
+
+
+def test_receivers_are_rows_of_three_coordinates():
+    lamp = lamp_frame((0, 0, 2), (0, 0.5, 0), (0.5, 0, 0))
+    either, words = (ValueError, TypeError), r"`receivers` must have shape \(m, 3\)|type hint"
+    for wrong in (np.zeros(3), np.zeros((4, 2))):
+        with pytest.raises(either, match=words):
+            trace_shadow_rays(lamp, wrong, 4, lambda a, b: (a, b))
+    with pytest.raises(ValueError, match="`rays` must be finite"):
+        trace_shadow_rays(lamp, np.zeros((1, 3)), np.inf, lambda a, b: (a, b))

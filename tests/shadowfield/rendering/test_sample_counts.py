@@ -94,3 +94,20 @@ def test_shares_of_a_ray_are_rounded_evenly():
     assert z_test(mean, error, 7 * share).passed
     assert not z_test(mean, error, 7 * np.roll(share, 1)).passed
     assert not z_test(mean, error, np.round(7 * share)).passed
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"d1": -1.0}, "`d1` must be positive"),
+        ({"near": np.array([0.0])}, "`near` must be positive"),
+        ({"far": np.array([0.0])}, "`far` must be positive"),
+        ({"half": np.array([0.5, -0.5])}, "`half` must be positive"),
+        ({"margin": np.nan}, r"`margin` must lie in \(0, 1\)"),
+    ],
+)
+def test_rays_are_counted_for_blockers_between_lamp_and_receiver(given, words):
+    usual = {"d1": np.ones(1), "near": np.array([0.3]), "far": np.array([0.6])}
+    rest = {"Omega_y": 2.0, "pixel": 0.01, "half": np.array([0.5, 0.5])}
+    with pytest.raises((ValueError, TypeError), match=f"{words}|violates type hint"):
+        rays_per_pixel(**(usual | rest | given))

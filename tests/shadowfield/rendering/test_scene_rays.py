@@ -97,3 +97,8 @@ def test_points_that_no_ray_of_the_lamp_can_reach_have_no_share():
     points = np.array([[np.nan] * 3, [0.0, 0.0, 9.0], [0.0, 0.0, 0.0]])
     found = own_visibility(Scene.of(BALL), LAMP, points, np.full(3, -1), 4)
     np.testing.assert_array_equal(np.isfinite(found), [False, False, True])
+
+
+def test_blockers_are_those_of_a_scene():
+    with pytest.raises(TypeError, match=r"`scene` must be a `Scene` of space|violates type hint"):
+        scene_blockers(None)  # pyright: ignore[reportArgumentType]

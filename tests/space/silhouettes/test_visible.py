@@ -16,6 +16,7 @@ from firstorder.space import (
     sphere,
     visible_silhouettes,
 )
+from firstorder.space.silhouettes import visible
 
 
 @jax.jit
@@ -219,3 +220,19 @@ def test_derivatives_are_finite_in_degenerate_places(x):
         return jnp.sum(found.arcs.first * found.rims.seen) + jnp.sum(found.azimuths)
 
     assert np.all(np.isfinite(jax.jit(jax.grad(total))(jnp.array([x, 0.0]))))
+
+
+def test_many_parts_are_asked_for_in_blocks_and_get_the_same_answers(monkeypatch):
+    """All at once they would take gigabytes."""
+    scene = Scene.of(
+        *(primitive(box((x, 0.1, 1.0), (x + 0.2, 0.5, 1.3))) for x in (-0.6, -0.2, 0.2)),
+        primitive(sphere((0.0, 0.0, 2.0), 0.4)),
+    )
+    at = receiver((0.1, 0.0, 0.0))
+    found = visible._outlines_from(scene, at)
+    whole = visible._cut_outlines(found, at.axes)
+    monkeypatch.setattr(visible, "ASKED", 100)
+    parts = visible._cut_outlines(found, at.axes)
+    assert np.any(whole.sides.seen)
+    for one, other in zip(jax.tree.leaves(whole), jax.tree.leaves(parts), strict=True):
+        np.testing.assert_array_equal(one, other)

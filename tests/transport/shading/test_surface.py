@@ -12,7 +12,7 @@ from firstorder.checks.tolerance import normwise
 from firstorder.conventions import FLATLAND_SLOPE
 from firstorder.errors import Refused
 from firstorder.fields import Affine, Constant, GaussianProfile, autodiff_jet, gaussian, half_plane
-from firstorder.laws import Integrate, Move, Multiply
+from firstorder.laws import Integrate, Map, Move, Multiply, Warp
 from firstorder.transport import Blend, Bump, Mirror, Reflection
 from firstorder.transport.brdf.general import Ggx, LobeBrdf, TabulatedBrdf
 from firstorder.transport.brdf.lobes import (
@@ -550,6 +550,34 @@ def test_the_edges_of_materials_and_of_shadows_on_the_surface_are_edges_of_what_
         here = [e for e in B.edges() if -float(e.level.offset) == place]
         jump = B(place + 1e-9, 0.1) - B(place - 1e-9, 0.1)
         np.testing.assert_allclose(sum(e.jump(place, 0.1) for e in here), jump, atol=1e-7)
+
+
+class Squared(Map):
+    """`(x^2, theta)`."""
+
+    def __call__(self, u):
+        return jnp.stack([u[0] ** 2, u[1]])
+
+
+def test_an_edge_that_bends_and_ignores_the_direction_is_one_of_the_reflected_light():
+    """It stands at x = 1/2, a bent level of x alone; the midpoint rule does not know it."""
+    shadow = Multiply(Warp(Squared())(half_plane(0.25, 0.2, 1.0)))(LIGHT)
+    B = Surface(NORMAL, glossy(0.2)).reflect(shadow)
+    pixel = Integrate("x", 0.1, 1.3)
+    ends = np.concatenate([np.linspace(0.1, 0.5, 2001), np.linspace(0.5, 1.3, 2001)])
+    places = np.delete(0.5 * (ends[1:] + ends[:-1]), 2000)
+    widths = np.delete(np.diff(ends), 2000)
+    assert len(B.edges()) == 1
+    np.testing.assert_allclose(pixel(B)(0.1), np.sum(widths * B(places, 0.1)), rtol=1e-6)
+    at = jnp.array([0.1])
+    traced = jax.jit(lambda light: pixel(Surface(NORMAL, glossy(0.2)).reflect(light)).at(at))
+    np.testing.assert_allclose(traced(shadow), pixel(B).at(at), rtol=1e-12)
+
+
+def test_edges_of_light_that_turn_with_the_place_are_smoothed_away():
+    shadow = Multiply(Warp(Squared())(Move([[1.0, 1.0], [0.0, 1.0]])(half_plane(0.25))))(LIGHT)
+    assert shadow.edges()
+    assert not Surface(NORMAL, glossy(0.2)).reflect(shadow).edges()
 
 
 def test_a_pixel_over_a_painted_surface_sees_the_paint_move():

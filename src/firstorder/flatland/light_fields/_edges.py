@@ -166,7 +166,11 @@ class LimbLevel(Field):
         return jnp.stack([c * p[0] + s * p[1], c * p[1] - s * p[0]]) / self.semi
 
     def at(self, u: Ray) -> Scalar:
-        """Signed distance, in semi-axes."""
+        """How far the ray passes the limb by, on its counter-clockwise side [1/m].
+
+        For a circle that is the distance in metres over the radius squared, and in slopes times
+        `sqrt(1 + v^2)`. It is 1 where there is no limb.
+        """
         one = jnp.ones_like(u[1])
         d = self._unit(jnp.stack([-u[1], one]) if self.frame.uses_slopes else direction(u[1]))
         gap = jnp.stack([self.a - self.sign * u[0], self.h * one])

@@ -8,12 +8,14 @@ the opposite one, and is corrected here.
 
 from __future__ import annotations
 
+from typing import Any
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_count, check_positive, nan_unless
+from firstorder._argument_checks import check_count, check_positive, check_shape, nan_unless
 from firstorder._display import Module
 from firstorder.shadowfield.plane.filters import RayFilter, _check_beyond
 from firstorder.shadowfield.plane.spectra import Wedge
@@ -86,7 +88,8 @@ def receiver_rate(filter: RayFilter, corners: Float[ArrayLike, "3 2"]) -> Scalar
         >>> round(float(receiver_rate(k, wedge_corners(1.0, 0.25, 0.5, 8.0))), 12)
         6.0
     """
-    return jnp.max(as_float(corners)[:, 0]) + jnp.max(filter.corners()[:, 0])
+    corners = _three(corners)
+    return jnp.max(corners[:, 0]) + jnp.max(filter.corners()[:, 0])
 
 
 def light_rate(filter: RayFilter, corners: Float[ArrayLike, "3 2"]) -> Scalar:
@@ -107,7 +110,8 @@ def light_rate(filter: RayFilter, corners: Float[ArrayLike, "3 2"]) -> Scalar:
         >>> round(light_rate(k, wedge_corners(1.0, 0.25, 0.5, 8.0)).item(), 9)
         4.0
     """
-    return jnp.maximum(*(_height(filter.corners(), s * as_float(corners)) for s in (1.0, -1.0)))
+    corners = _three(corners)
+    return jnp.maximum(*(_height(filter.corners(), s * corners) for s in (1.0, -1.0)))
 
 
 def light_rate_of_endless_wedge(d1, d2_min, d2_max, Omega_y_max) -> Scalar:
@@ -205,7 +209,7 @@ def replicas_overlap(filter: RayFilter, corners, rates: SamplingRates, reach: in
     """
     check_count("reach", reach)
     body = np.asarray(filter.corners())
-    half = np.asarray(as_float(corners))
+    half = np.asarray(_three(corners))
     for m in range(-reach, reach + 1):
         for n in range(-reach, reach + 1):
             shift = np.array([m * float(rates.x), n * float(rates.y)], half.dtype)
@@ -242,3 +246,10 @@ def _meet(a: np.ndarray, b: np.ndarray) -> bool:
             if min(first.max() - second.min(), second.max() - first.min()) <= epsilon:
                 return False
     return True
+
+
+def _three(corners: Any) -> Float[Array, "3 2"]:
+    """Three corners, as `wedge_corners` gives them."""
+    corners = as_float(corners)
+    check_shape("corners", corners, (3, 2))
+    return corners

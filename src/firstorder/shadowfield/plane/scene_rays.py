@@ -13,7 +13,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_count, check_positive, is_concrete
+from firstorder._argument_checks import (
+    check_count,
+    check_finite,
+    check_kind,
+    check_one,
+    check_positive,
+    is_concrete,
+)
 from firstorder.fields.spectrum import Grid
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
@@ -36,7 +43,8 @@ def ray_visibility(
         d1: distance of the receiver's line below it [m].
 
     Raises:
-        ValueError: if `d1` is not positive.
+        ValueError: if `d1` is not positive, or another number not finite.
+        TypeError: if `scene` is no scene of flatland.
 
     Reference: E11 §3, Fig. 3 (c).
 
@@ -48,8 +56,11 @@ def ray_visibility(
         >>> ray_visibility(scene, jnp.array([0.5, 0.0]), 0.5).tolist()
         [0.0, 1.0]
     """
+    check_kind("scene", scene, Scene, "a `Scene` of flatland")
     check_positive("d1", d1)
-    x, y = jnp.broadcast_arrays(as_float(x), as_float(y))
+    for name, number in (("x", x), ("y", y), ("light_height", light_height)):
+        check_finite(name, number)
+    x, y, d1 = *jnp.broadcast_arrays(as_float(x), as_float(y)), as_float(d1)
     top = as_float(light_height)
 
     def at(along, height):
@@ -178,7 +189,7 @@ def depth_range(scene: Scene, light_height=1.0, samples: int = 65) -> tuple[floa
         The least and the largest one [m].
 
     Raises:
-        ValueError: if there is nothing else.
+        ValueError: if there is nothing else, or something above the light.
 
     Example:
         >>> from firstorder.flatland import Scene, Segments, primitive
@@ -191,7 +202,15 @@ def depth_range(scene: Scene, light_height=1.0, samples: int = 65) -> tuple[floa
     others = [i for i in range(scene.count) if i not in own]
     if not others:
         raise ValueError("Argument `scene` must have shapes besides light and floor, but has none.")
-    depths = light_height - np.asarray(_heights(scene.groups, samples))[others]
+    heights = np.asarray(_heights(scene.groups, samples))[others]
+    check_finite("light_height", light_height)
+    check_one("light_height", light_height)
+    if light_height < np.max(heights):
+        raise ValueError(
+            f"Argument `light_height` must be above all blockers, of which one is at "
+            f"{np.max(heights):g} m, but is {light_height:g} m."
+        )
+    depths = light_height - heights
     return float(np.min(depths)), float(np.max(depths))
 
 

@@ -15,7 +15,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from firstorder._argument_checks import check_positive, check_shape, is_concrete, nan_unless
+from firstorder._argument_checks import (
+    check_one,
+    check_positive,
+    check_shape,
+    is_concrete,
+    nan_unless,
+)
 from firstorder._display import Module
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid, Spectrum
@@ -199,7 +205,7 @@ class Wedge(Module):
         d2_max: distance of the farthest one [m].
 
     Raises:
-        ValueError: if the depths are not positive and in order.
+        ValueError: if the depths are not two positive numbers in order.
 
     Reference: E11 §3.1-3.2, Fig. 4 (the text lists the slopes in (y, v) upside down).
 
@@ -214,6 +220,8 @@ class Wedge(Module):
 
     def __check_init__(self):
         """Refuse depths that are none."""
+        check_one("d2_min", self.d2_min)
+        check_one("d2_max", self.d2_max)
         check_positive("d2_min", self.d2_min)
         check_positive("d2_max", self.d2_max)
         if is_concrete((self.d2_min, self.d2_max)) and bool(self.d2_max < self.d2_min):

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from firstorder._argument_checks import (
+    check_finite,
     check_integer,
     check_not_negative,
     check_positive,
@@ -114,6 +115,9 @@ def trace_shadow_rays(
     """
     rng = np.random.default_rng(seed)
     receivers = np.asarray(receivers, float)
+    if receivers.ndim != 2 or receivers.shape[1] != 3:
+        raise ValueError(f"Argument `receivers` must have shape (m, 3), but has {receivers.shape}.")
+    check_finite("rays", rays)
     m = len(receivers)
     if np.ndim(rays):
         rays = np.asarray(rays)

@@ -23,6 +23,7 @@ from jaxtyping import Float, Int
 from firstorder._argument_checks import (
     check_between,
     check_count,
+    check_inside,
     check_not_negative,
     check_positive,
 )
@@ -51,7 +52,8 @@ def rays_per_pixel(
         margin: blockers nearer to the receiver than this share of d1 count as that near.
 
     Raises:
-        ValueError: if `Omega_y` or `pixel` is not positive.
+        ValueError: if a length, a depth of blockers that are there, or `Omega_y` is not positive,
+            or `margin` is no share.
 
     Reference: E11 App. B, eqs. 17-18 (the latter corrected, see `rates`).
 
@@ -65,7 +67,12 @@ def rays_per_pixel(
     """
     check_positive("Omega_y", Omega_y)
     check_positive("pixel", pixel)
+    check_positive("half", half)
+    check_positive("d1", d1)
+    check_inside("margin", margin, 0.0, 1.0)
     some = np.isfinite(near)
+    check_positive("near", np.where(some, near, 1.0))
+    check_positive("far", np.where(some, far, 1.0))
     last = np.minimum(np.where(some, far, 0.5 * d1) / d1, 1.0 - margin)
     first = np.minimum(np.where(some, near, 0.5 * d1) / d1, last)
     a, b = 1.0 / last - 1.0, 1.0 / first - 1.0

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder._argument_checks import check_count
+from firstorder._argument_checks import check_count, check_integer, check_kind
 from firstorder.numerics._batching import host_blocks
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering.lamp import LampFrame
@@ -32,6 +32,10 @@ def scene_blockers(scene: Scene, on: int = -1) -> Blockers:
         From receivers and places on the lamp, shape (n, 3) each, to shares of the way from the lamp
         of the first and the last thing in between; infinity and minus infinity for a free ray.
 
+    Raises:
+        TypeError: if `scene` is no scene of space.
+        ValueError: if `on` is no integer.
+
     Example:
         >>> import numpy as np
         >>> from firstorder.shadowfield import scene_blockers
@@ -41,6 +45,8 @@ def scene_blockers(scene: Scene, on: int = -1) -> Blockers:
         >>> [a.tolist() for a in found]
         [[0.625], [0.875]]
     """
+    check_kind("scene", scene, Scene, "a `Scene` of space")
+    check_integer("on", on)
 
     def between(receivers: np.ndarray, lamp: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         near, far = host_blocks(lambda rays: _between(scene, *rays, on), (receivers, lamp), BLOCK)

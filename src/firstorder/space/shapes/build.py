@@ -32,7 +32,7 @@ from firstorder.space.shapes.kinds import (
 )
 from firstorder.typing import as_float
 
-MOST_FACES = 128  # a mesh of more comes with a warning of the memory that irradiance takes
+MOST_FACES = 128  # a mesh of more comes with a warning of the time that irradiance takes
 
 
 def sphere(center: Any, radius: ArrayLike) -> Ellipsoids:
@@ -243,8 +243,8 @@ def triangles(mesh: Mesh) -> Triangles:
     """The faces of a mesh as shapes of a scene: lamps and blockers, exact with their derivatives.
 
     Meant for some dozens of faces. Irradiance asks every piece of an edge about every face, so time
-    and memory grow with their cube: eighty faces take a second or two and 0.4 GB, 160 eight times
-    as much. For larger meshes, which come with a warning, there are
+    grows with their cube: a gradient behind eighty faces takes a quarter of a second, behind 160
+    two seconds. For larger meshes, which come with a warning, there are
     `space.silhouettes.visible_mesh_silhouettes` and scene files with a mesh.
 
     Args:
@@ -267,7 +267,8 @@ def triangles(mesh: Mesh) -> Triangles:
     if count > MOST_FACES:
         warnings.warn(
             f"Argument `mesh` has {count} faces: irradiance behind them takes some "
-            f"{0.4 * (count / 80) ** 3:.2g} GB. See visible_mesh_silhouettes, or render the mesh.",
+            f"{4.0 * (count / 200) ** 3:.2g} s at each place. See visible_mesh_silhouettes, or "
+            "render the mesh.",
             stacklevel=2,
         )
     a, b, c = (mesh.corners[:, k] for k in range(3))

@@ -21,6 +21,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder._display import Module
+from firstorder.numerics._batching import in_blocks
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._select import either
@@ -53,6 +54,7 @@ UP = np.array([0.0, 0.0, 1.0])
 # Given their precision anew where they are used: JAX keeps that of an array which it captures.
 SOME_LINE = np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]])
 SOME_ARC, SOME_ENDS = np.eye(3)[[2, 0, 1]], (0.0, 1.0)
+ASKED = 2**20  # distances that are asked for at a time: of 128 boxes all would take 13 GB
 
 
 class VisibleSilhouettes(Module):
@@ -310,14 +312,23 @@ def _seen(found: _Outlines, axes, lines, arcs, whose, low, high, azimuths):
     middle = 0.5 * (azimuths[1:] + azimuths[:-1])
     level = jnp.ones_like(middle)
     around = jnp.stack([jnp.cos(middle), jnp.sin(middle), _epsilon(level, eps)], -1)
-    t, first = _ask(found, eye, turn, jnp.concatenate([p + epsilon, p - epsilon, around]))
-    m = len(owner)
-    behind = first[m : 2 * m]
-    numbers = np.arange(t.shape[0])[:, None]
-    goes_on = jnp.any((t[:, :m] < jnp.inf) & (numbers == behind), 0)
-    seen = live & (p[:, 2] > 0.0) & (behind != owner) & (first[:m] == owner)
-    sides = SilhouetteSides(jnp.asarray(owner), seen, behind, (behind == MISS) | goes_on)
-    return sides, first[2 * m :]
+    numbers = np.arange(len(found.eye))[:, None]
+
+    def beside(pair, more):
+        m = len(pair[0])
+        t, first = _ask(found, eye, turn, jnp.concatenate([*pair, *more]))
+        behind = first[m : 2 * m]
+        goes_on = jnp.any((t[:, :m] < jnp.inf) & (numbers == behind), 0)
+        return (first[:m], behind, goes_on), first[2 * m :]
+
+    pair, most = (p + epsilon, p - epsilon), ASKED // len(numbers)
+    if len(p) <= most:
+        (front, behind, goes_on), above = beside(pair, [around])
+    else:
+        front, behind, goes_on = in_blocks(lambda pair: beside(pair, [])[0], pair, max(1, most))
+        _, above = _ask(found, eye, turn, around)
+    seen = live & (p[:, 2] > 0.0) & (behind != owner) & (front == owner)
+    return SilhouetteSides(jnp.asarray(owner), seen, behind, (behind == MISS) | goes_on), above
 
 
 def _middles(lines: Array, arcs: Array, whose, low: Array, high: Array) -> tuple[Array, Array]:

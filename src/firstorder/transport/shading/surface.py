@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_count, check_positive, nan_unless
+from firstorder._argument_checks import check_count, check_positive, is_concrete, nan_unless
 from firstorder._display import Module, in_print
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
@@ -40,6 +40,8 @@ from firstorder.transport.shading._quadrature import (
     weigh,
 )
 from firstorder.typing import Array, Ray, Scalar, as_float
+
+SOME_RAYS = np.array([[-1.7, -0.4, 0.3, 1.9], [-1.1, 0.2, -0.3, 0.8]])  # at which levels are asked
 
 
 class DerivativeTerms(NamedTuple):
@@ -200,22 +202,22 @@ class ReflectedField(Field):
         return self.entries(u[0], u[1]).jet(self.frame)
 
     def edges(self) -> tuple[Edge, ...]:
-        """Edges of the texture, and those of light and lobes that are straight and ignore theta.
+        """Edges of the texture, and those of light and lobes that ignore theta.
 
-        Others are smoothed away, unless a curved one happens to run along theta.
+        Others are smoothed away, unless one that bends happens to run along theta.
         """
         texture, reflectance = self.surface.texture, self.surface.reflectance
         of_light = tuple(
             Edge(e.level, ReflectedField(e.jump, self.surface, self.nodes))
             for e in surviving_edges(self.light.edges(), 1)
-            if isinstance(e.level, Affine)
+            if _ignores_theta(e.level)
         )
         of_lobes = tuple(
             Edge(level, self._on(Lobe(kernel, r.argument, r.cosine), texture))
             for r in reflectance
             if isinstance(r, Lobe)
             for level, kernel in kernel_jumps(r.kernel)
-            if isinstance(level, Affine)
+            if _ignores_theta(level)
         )
         bare = Multiply(self._on(reflectance, None))
         painted = () if texture is None else texture.edges()
@@ -386,6 +388,18 @@ class ReflectedField(Field):
         e = entries_of(self.surface.texture, x, jnp.zeros_like(x))
         zero = jnp.zeros_like(x)
         return Entries(e.value, e.x, zero, e.xx, zero, zero)
+
+
+def _ignores_theta(level: Field) -> bool:
+    """Whether a level changes along theta nowhere, or whether that cannot be seen.
+
+    The straight ones that do have been taken out. For any other some rays tell; one with traced
+    numbers tells nothing, and is carried along.
+    """
+    if isinstance(level, Affine) or not is_concrete(level):
+        return True
+    with jax.ensure_compile_time_eval():
+        return not np.any(level.jets(*SOME_RAYS).gradient[..., 1])
 
 
 def _parts(r: Lobe | Brdf) -> tuple[Lobe | Brdf, ...]:
