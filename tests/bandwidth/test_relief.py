@@ -15,6 +15,7 @@ from firstorder.bandwidth import (
     relief_cutoffs,
     relief_transfer,
 )
+from firstorder.bandwidth.relief import _sinh_over
 
 U = np.linspace(0.0, 1.0, 801)  # of a period
 
@@ -276,3 +277,8 @@ def test_nothing_limits_waves_under_light_that_is_the_same_everywhere():
 def test_the_end_of_an_open_range_is_refused_as_what_is_beyond(name, call):
     with pytest.raises(ValueError, match=f"Argument `{name}` must"):
         call()
+
+
+@pytest.mark.parametrize("x", [1e-3, 0.0999, 0.1001, 2.0])
+def test_the_series_of_sinh_goes_on_as_sinh(x):
+    np.testing.assert_allclose(_sinh_over(jnp.asarray(x)), np.sinh(x) / x, rtol=1e-14)

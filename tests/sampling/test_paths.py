@@ -40,6 +40,19 @@ def test_a_given_number_of_reflections_has_no_variance():
     assert float(jnp.max(error)) < 1e-12
 
 
+@pytest.mark.parametrize("paths", [7, 8, 9])
+def test_as_many_paths_count_as_are_asked_for(paths):
+    """Each brings one or nothing, so that they sum to a whole number; of four lanes."""
+
+    def advance(vertex, weight, depth, u):
+        return Gathered(vertex, weight, jnp.where(u[:, 0] < 0.5, weight, 0.0), depth < 0)
+
+    mean, _ = walk(jnp.arange(50.0), jax.random.key(1), jnp.asarray(paths), 4, 1, advance)
+    summed = np.asarray(mean) * paths
+    np.testing.assert_allclose(summed, np.round(summed), atol=1e-12)
+    assert set(np.round(summed) % 2) == {0.0, 1.0}
+
+
 @pytest.mark.parametrize("survival", [0.3, 0.95])
 @pytest.mark.parametrize("paths", [4000, 4033])
 def test_roulette_is_unbiased(survival, paths):

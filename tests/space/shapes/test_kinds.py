@@ -77,6 +77,14 @@ def test_the_side_of_a_flat_shape_on_which_a_point_lies_is_that_of_its_normal(ki
         np.testing.assert_array_equal(np.sign(shapes.height(p)), signs)
 
 
+@pytest.mark.parametrize("kind", FLATS)
+def test_a_flat_shape_that_is_turned_over_keeps_its_points_and_faces_the_other_way(kind):
+    shapes = kind(np.stack([CENTER, CENTER]), np.stack([AXES, AXES]))
+    over = shapes.turned(jnp.array([True, False])).axes
+    np.testing.assert_array_equal(over[0], AXES[:, [1, 0, 2]] * [1.0, 1.0, -1.0])
+    np.testing.assert_array_equal(over[1], AXES)
+
+
 def test_misses_are_misses(traced):
     kind, _, along, t, _ = traced
     s = np.linspace(0.0, 8.0, 4001)[1:-1]

@@ -51,6 +51,19 @@ def test_leaving_a_surface_undoes_meeting_it():
     np.testing.assert_allclose(back, U, atol=rounding(8))
 
 
+@pytest.mark.parametrize("angle", [-0.4, 0.7])
+def test_a_surface_is_met_where_the_ray_comes_to_its_plane(angle):
+    """In the axes of the surface, which is turned about y: longitudes grow by the angle."""
+    x, y, theta, phi = np.asarray(U)
+    place, way = np.array([x, y, 0.0]), np.asarray(equator_direction(U[2], U[3]))
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
+    place, way = turn @ place, turn @ way
+    met = place - way * place[2] / way[2]
+    found = mapped(Oblique(-angle), SPACE)
+    np.testing.assert_allclose(found, [met[0], met[1], theta + angle, phi], atol=rounding(8))
+
+
 @pytest.mark.parametrize("frame", [SPACE, SPACE.turned()])
 @pytest.mark.parametrize("theta", [0.4, 1.0, -1.3, 2.0])
 def test_rays_from_below_the_surface_or_past_the_plane_across_are_nan(frame, theta):
