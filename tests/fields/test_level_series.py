@@ -4,6 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.conventions import Frame
 from firstorder.fields import Affine, Grid
 from firstorder.fields import _level_series as module
 
@@ -64,7 +65,7 @@ def by_integral(k, low, high):
 @pytest.mark.parametrize(("low", "high"), [(-3.0, 4.0), (-0.2, 4.0), (-3.0, 0.9), (2.0, 3.0)])
 def test_a_stair_has_the_coefficients_of_its_pieces(low, high):
     """Places before or behind the period are as good as at its ends."""
-    along = Affine([1.0], 0.0)
+    along = Affine([1.0], 0.0, Frame(("x",)))
     found = module.stair_waves(
         along, jnp.asarray(PLACES), jnp.asarray(HEIGHTS), jnp.array(low), jnp.array(high), 5
     )
