@@ -187,6 +187,9 @@ MOVED = {
     "a wave": cases(1, 0, sympy.sin(t) < x),
     "a function of a jump": sympy.exp(sympy.Heaviside(x - t)),
     "a floor": sympy.floor(3 * t - x),
+    "a floor in a level": cases(1, 0, t - sympy.floor(t) < x),
+    "a bent edge under a factor that may be zero": cases(1, 0, t**2 > x) * sympy.Heaviside(-s),
+    "a bent edge under a small factor": cases(1, 0, t**2 > x) * sympy.Heaviside(s - 9),
     "exactly one of two": cases(1, 0, sympy.Xor(t < x, t**2 < x)),
 }
 
@@ -197,9 +200,50 @@ def test_an_edge_that_moves_without_a_closed_form_is_refused(name):
         differentiated(sympy.Integral(MOVED[name], (t, 0, 1)), x)
 
 
-def test_a_bent_edge_where_nothing_jumps_sweeps_nothing_over():
-    found = differentiated(sympy.Integral(cases(t**2 - x, 0, t**2 > x), (t, 0, 1)), x)
-    assert found == sympy.Integral(cases(-1, 0, t**2 > x), (t, 0, 1))
+WITHOUT_A_JUMP = {
+    "a parabola": (t**2 - x, 1, -1),
+    "one that is met where x is negative": (t**2 + x, 1, 1),
+    "times a special function": (t**2 - x, sympy.erf(t), -1),
+    "times an integral": (t**2 - x, sympy.Integral(sympy.cos(s * t), (s, 0, 1)), -1),
+}
+
+
+@pytest.mark.parametrize("name", WITHOUT_A_JUMP)
+def test_a_bent_edge_where_nothing_jumps_sweeps_nothing_over(name):
+    level, factor, rate = WITHOUT_A_JUMP[name]
+    found = differentiated(sympy.Integral(cases(level, 0, level > 0) * factor, (t, 0, 1)), x)
+    true = sympy.Integral(cases(rate, 0, level > 0) * factor, (t, 0, 1))
+    assert found == true
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_an_edge_that_begins_on_an_end_counts_once(closed):
+    """`int_0^x (t < x) dt` is x where x is positive, and nothing where it is not."""
+    condition = t <= x if closed else t < x
+    found = differentiated(sympy.Integral(cases(1, 0, condition), (t, 0, x)), x)
+    np.testing.assert_allclose([value(found, u) for u in AT], [0.0, 1.0, 1.0, 1.0, 1.0])
+    with pytest.raises(Refused, match="two jumps"):
+        differentiated(sympy.Integral(cases(1, 0, abs(t) < x), (t, -x, x)), x)
+
+
+def test_an_integral_that_runs_backwards_has_its_edges_too():
+    found = differentiated(sympy.Integral(sympy.Heaviside(t - x), (t, 1, 0)), x)
+    np.testing.assert_allclose([value(found, u) for u in AT], [0.0, 1.0, 1.0, 1.0, 0.0])
+
+
+def test_a_stair_of_a_dozen_steps_stays_small():
+    steps = [(k**2, t < x * k / 12) for k in range(1, 12)]
+    found = differentiated(sympy.Integral(sympy.Piecewise(*steps, (0, True)), (t, 0, 1)), x)
+    assert sympy.count_ops(found) < 2000
+    # All edges are met: each sends k / 12 of what is lost behind it.
+    true = sum(k / 12 * (k**2 - (k + 1) ** 2 * (k < 11)) for k in range(1, 12))
+    np.testing.assert_allclose(value(found, 0.8), true)
+
+
+def test_jumps_of_a_derivative_that_sympy_cannot_find_are_refused():
+    once = sympy.Integral(cases(1, 0, t * s < x), (t, 0, 1), (s, 0, 1))
+    with pytest.raises(Refused, match="SymPy"):
+        differentiated(differentiated(once, x), x)
 
 
 def test_floors_do_not_change_between_their_steps():

@@ -15,7 +15,8 @@ from firstorder.symbolic._programs.functions import Unknown
 from firstorder.symbolic._programs.primitives import Choice
 
 NOT_STRAIGHT = "an edge that is not straight along the integral has no closed form here"
-TRIES, FAR, STEPS = 4, 6.0, 6001  # where a level is looked for
+TWO_JUMPS = "two jumps at one edge, or one inside a function, have no closed form here"
+TRIES, FAR, STEPS = 12, 6.0, 6001  # where a level is looked for
 ZERO = 1e-5  # share of a factor's size: constants of programs may have single precision
 
 
@@ -37,6 +38,8 @@ def differentiated(expression: Expr, symbol: sympy.Symbol, meant: dict | None = 
     stepped = stepped.replace(lambda e: isinstance(e, (sympy.floor, sympy.ceiling)), _Step)
     swept = stepped.replace(sympy.Integral, _Swept.of)
     rate = between_edges(sifted(_rate(swept, symbol).xreplace(meant or {})))
+    if any(not isinstance(left.expr, Unknown) for left in rate.atoms(sympy.Derivative)):
+        raise Refused("an edge that SymPy cannot differentiate has no closed form here")
     rate = rate.replace(_Swept, sympy.Integral).replace(_Case, _Case.settled)
     return rate.replace(_Step, lambda step: step)
 
@@ -72,7 +75,7 @@ class _Swept(sympy.Integral):
         rate = self.func(sympy.diff(f, sym), (t, *ends))
         for sign, end in zip((-1, 1), ends, strict=True):
             speed = cast(Any, sympy.diff(end, sym))
-            rate += sign * f.subs(t, end) * speed if speed != 0 else 0
+            rate += sign * _at_edge(f, t, end) * speed if speed != 0 else 0
         return rate
 
 
@@ -97,23 +100,16 @@ class _Case(Choice):
             on * sympy.DiracDelta(level) * sympy.diff(level, s)
             for level, on in (_levels(condition) if condition.has(s) else ())
         ]
-        (yes_rate, yes_edges), (no_rate, no_edges) = _parted(yes, s), _parted(no, s)
-        holds: Any = _Case(1, 0, condition)
-        within = _Case(yes_rate, no_rate, condition) + holds * yes_edges + (1 - holds) * no_edges
-        return within + (yes - no) * sympy.Add(*edges)
-
-
-def _parted(expression: Expr, s: sympy.Symbol) -> tuple[Expr, Expr]:
-    """The derivative between edges, and its terms with Diracs."""
-    rate = _rate(expression, s)
-    if not rate.has(sympy.DiracDelta):
-        return rate, sympy.Integer(0)
-    terms = sympy.Add.make_args(sympy.expand_mul(rate))
-    return between_edges(rate), sympy.Add(*(e for e in terms if e.has(sympy.DiracDelta)))
+        rates = _rate(yes, s), _rate(no, s)
+        within = [_Case(*map(between_edges, rates), condition)]
+        # Each Dirac of a case with what it is multiplied by, as a case: products would grow.
+        within += [delta * _Case(c, 0, condition) for delta, c in _factors(rates[0]).items()]
+        within += [delta * _Case(0, c, condition) for delta, c in _factors(rates[1]).items()]
+        return sympy.Add(*within) + (yes - no) * sympy.Add(*edges)
 
 
 def _cases(*pairs: Any) -> Expr:
-    """Choices of one relation each."""
+    """A `Piecewise` as choices, one inside the other, that each ask one relation."""
     (yes, condition), *rest = pairs
     if not rest:
         return _chosen(yes, sympy.nan, condition)
@@ -121,7 +117,7 @@ def _cases(*pairs: Any) -> Expr:
 
 
 def _chosen(yes: Expr, no: Expr, condition: Any) -> Expr:
-    """A choice, with one inside the other for a condition that joins others."""
+    """A choice; by a condition that joins others, choices of which each asks one."""
     if isinstance(condition, sympy.Not):
         return _chosen(no, yes, condition.args[0])
     if isinstance(condition, (sympy.And, sympy.Or)):
@@ -133,9 +129,9 @@ def _chosen(yes: Expr, no: Expr, condition: Any) -> Expr:
 
 
 def _levels(condition: Any) -> list[tuple[Expr, Expr]]:
-    """Levels, positive where a relation holds: two for one of a size.
+    """Levels that are positive where a relation holds: of `|u| < a` both `a - u` and `a + u`.
 
-    With each goes 1 where it is the level, else 0: that of a side is so where the side is positive.
+    Each comes with a factor that is 1 where it is the one that counts (`u > 0`, `u < 0`), else 0.
     """
     if isinstance(condition, (sympy.Eq, sympy.Ne)):
         return []  # it holds, or fails, at single places
@@ -145,7 +141,7 @@ def _levels(condition: Any) -> list[tuple[Expr, Expr]]:
 
 
 def _sides(level: Expr) -> list[tuple[Expr, Expr]]:
-    """A level without sizes: on either side of each its own."""
+    """Levels without `|..|` that a level with them is made of, each with its factor as above."""
     innermost = [size for size in level.atoms(sympy.Abs) if not size.args[0].has(sympy.Abs)]
     if not innermost:
         return [(level, sympy.Integer(1))]
@@ -180,6 +176,8 @@ def _sift(integral: Any) -> Expr:
     for delta, factor in _factors(function).items():
         level: Expr = delta.args[0]
         slope = sympy.diff(level, t)
+        if any(step.has(t) for step in level.atoms(_Step)):
+            raise Refused(NOT_STRAIGHT)
         if slope == 0:  # it runs along the integral, and is an edge of the result
             total += delta * sympy.Integral(factor, limits)
         elif not slope.has(t):
@@ -203,19 +201,30 @@ def _factors(integrand: Expr) -> dict[Any, Expr]:
     return found
 
 
-@np.errstate(all="ignore")
 def _vanishes(factor: Expr, level: Expr, t: sympy.Symbol) -> bool:
     """Whether a factor is zero where a level is: there light is continuous, and no edge sweeps.
 
-    It is asked at numbers, with some function in the place of each unknown one.
+    One of the things that it is a product of is then zero there, and not everywhere. They are asked
+    at numbers, with some function in the place of each unknown one.
     """
+    parts = sympy.Mul.make_args(sympy.factor_terms(factor))
+    parts = [part for part in parts if part.has(t) and not part.has(sympy.Integral)]
+    try:
+        return any(_is_zero_on(part, level, t) for part in parts)
+    except (TypeError, NameError, ValueError, NotImplementedError):  # it cannot be asked
+        return False
+
+
+@np.errstate(all="ignore")
+def _is_zero_on(factor: Expr, level: Expr, t: sympy.Symbol) -> bool:
+    """Whether a factor is zero at all roots of a level that are found, and not everywhere."""
     pair = sympy.Tuple(level, factor).replace(_Step, lambda step: step)
     calls = sorted({c.func for c in pair.atoms(Unknown)}, key=str)
     for k, call in enumerate(calls, 1):
         pair = pair.replace(call, lambda *u, k=k: sympy.cos(sympy.Add(k, *u) + u[0] / (k + 1)))
     symbols = sorted(pair.free_symbols - {t}, key=str)
-    run = sympy.lambdify((t, *symbols), pair.replace(_Case, _Case.settled), "numpy")
-    values = np.random.default_rng(0).uniform(0.1, 1.0, (TRIES, len(symbols)))
+    run = sympy.lambdify((t, *symbols), pair.replace(_Case, _Case.settled), ["scipy", "numpy"])
+    values = np.random.default_rng(0).uniform(-2.0, 2.0, (TRIES, len(symbols)))
     across, seen = np.linspace(-FAR, FAR, STEPS), False
     for given in values:
         levels, factors = (np.broadcast_to(a, across.shape) for a in run(across, *given))
@@ -223,7 +232,7 @@ def _vanishes(factor: Expr, level: Expr, t: sympy.Symbol) -> bool:
         for i in np.flatnonzero(levels[:-1] * levels[1:] < 0.0):
             root = brentq(lambda u, given=given: run(u, *given)[0], across[i], across[i + 1])
             seen = True
-            if not abs(run(root, *given)[1]) <= ZERO * scale:
+            if not abs(run(root, *given)[1]) < ZERO * scale:
                 return False
     return seen
 
@@ -232,17 +241,21 @@ def _at_edge(factor: Expr, t: sympy.Symbol, place: Expr) -> Expr:
     """A factor of a Dirac at its place; of what jumps there too, the mean of both sides."""
     means = {}
     for jump in factor.atoms(sympy.sign, sympy.Heaviside, _Case):
-        level = _sides_differ(jump)
-        if level is not None and sympy.simplify(level.subs(t, place)) == 0:
+        level = _level_of(jump)
+        sides = _sides(level) if level is not None else []
+        if any(sympy.simplify(side.subs(t, place)) == 0 for side, _ in sides):
+            if len(sides) > 1:  # the edge of a size may be there, or on its other side
+                raise Refused(TWO_JUMPS)
             means[jump] = sympy.Dummy(), _mean(jump)
     marked = factor.xreplace({jump: mark for jump, (mark, _) in means.items()}).subs(t, place)
     marks = {mark for mark, _ in means.values()}
-    if any(sympy.diff(marked, mark).free_symbols & marks for mark in marks):
-        raise Refused("a jump inside a function that is not linear has no closed form here")
+    nested = any(arg.has(*means) for jump in means for arg in jump.args)
+    if nested or any(sympy.diff(marked, mark).free_symbols & marks for mark in marks):
+        raise Refused(TWO_JUMPS)
     return marked.xreplace({mark: mean.subs(t, place) for mark, mean in means.values()})
 
 
-def _sides_differ(jump: Any) -> Expr | None:
+def _level_of(jump: Any) -> Expr | None:
     """The level of a jump."""
     if not isinstance(jump, _Case):
         return jump.args[0]
@@ -259,7 +272,7 @@ def _mean(jump: Any) -> Expr:
 
 
 def _between(place, lower, upper) -> Expr:
-    """1 between the ends, 0 outside."""
-    ends = [sympy.sign(place - lower) if lower.is_finite is not False else sympy.Integer(1)]
-    ends.append(sympy.sign(upper - place) if upper.is_finite is not False else sympy.Integer(1))
-    return (1 + ends[0]) * (1 + ends[1]) / 4
+    """1 between the ends, -1 between them where the upper is the lower one, 0 outside."""
+    above = sympy.sign(place - lower) if lower.is_finite is not False else sympy.sign(-lower)
+    below = sympy.sign(upper - place) if upper.is_finite is not False else sympy.sign(upper)
+    return (above + below) / 2
