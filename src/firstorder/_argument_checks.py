@@ -58,14 +58,19 @@ def _numbers(x: Any) -> np.ndarray | None:
 
 def check_real(name: str, x: Any) -> None:
     """Refuse complex numbers, traced ones too."""
-    if isinstance(x, complex) or getattr(x, "dtype", np.dtype(float)).kind == "c":
+    kind = getattr(getattr(x, "dtype", None), "kind", None)  # a random key's type has none
+    if isinstance(x, complex) or kind == "c":
         raise ValueError(f"Argument `{name}` must be real, but is complex.")
 
 
 def check_real_attributes(made: Any) -> None:
-    """Refuse a dataclass some number of which is complex."""
-    for name, x in vars(made).items():
-        check_real(name, x)
+    """Refuse something of the library's some number of which is complex.
+
+    A class of a user's may keep a real light by complex coefficients.
+    """
+    if type(made).__module__.startswith("firstorder."):
+        for name, x in vars(made).items():
+            check_real(name, x)
 
 
 def check_finite(name: str, x: Any) -> None:
@@ -102,6 +107,18 @@ def check_shape(name: str, x: Any, shape: tuple[int, ...]) -> None:
     """Refuse an array whose shape is not `shape`."""
     if hasattr(x, "shape") and tuple(x.shape) != tuple(shape):
         raise ValueError(f"Argument `{name}` must have shape {shape}, but has {tuple(x.shape)}.")
+
+
+def check_broadcast(name: str, x: Any, shape: tuple[int, ...]) -> None:
+    """Refuse an array that does not broadcast to a shape."""
+    try:
+        fits = np.broadcast_shapes(np.shape(x), shape) == tuple(shape)
+    except ValueError:
+        fits = False
+    if not fits:
+        raise ValueError(
+            f"Argument `{name}` must broadcast to shape {shape}, but has {np.shape(x)}."
+        )
 
 
 def check_coordinates(name: str, x: Any) -> None:

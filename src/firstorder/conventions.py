@@ -116,10 +116,10 @@ SPACE = Frame(("x", "y", "theta", "phi"))
 SPACE_SLOPE = Frame(("x", "y", "v", "w"))
 
 
-def _check_frame(frame: object) -> None:
+def _check_frame(frame: object, name: str = "frame") -> None:
     """Refuse what is no frame, such as the name of a coordinate."""
     if not isinstance(frame, Frame):
-        raise TypeError(f"Argument `frame` must be a `Frame`, such as FLATLAND, but is {frame!r}.")
+        raise TypeError(f"Argument `{name}` must be a `Frame`, such as FLATLAND, but is {frame!r}.")
 
 
 def frame_with(axis: str, frame: Frame) -> Frame:

@@ -177,6 +177,7 @@ def test_slopes_of_a_ball_overhead():
     assert d.tolist() == [[1.0, np.inf]]
     assert maps.mean_inverse_distance(d).tolist() == [0.5]
     assert maps.mean_inverse_distance(d, jnp.array([[3.0, 1.0]])).tolist() == [0.75]
+    assert maps.mean_inverse_distance(d, jnp.array([3.0, 1.0])).tolist() == [0.75]
 
 
 def test_slopes_are_finite_with_gradients_where_nothing_is_met():
@@ -325,7 +326,7 @@ def test_a_small_or_large_turn_has_its_length_in_single_precision(size):
 
 @pytest.mark.parametrize("exponent", [np.nan, np.inf, -1.0])
 def test_what_is_no_exponent_has_no_cutoff(exponent):
-    with pytest.raises(ValueError, match="`exponent` must not be negative"):
+    with pytest.raises(ValueError, match="`exponent` must"):
         maps.rms_cutoff(exponent)
     assert np.isnan(jax.jit(maps.rms_cutoff)(-1.0))
 
@@ -333,7 +334,7 @@ def test_what_is_no_exponent_has_no_cutoff(exponent):
 def test_distances_and_weights_of_rays_pair():
     with pytest.raises(ValueError, match="`distance` must have an axis of rays"):
         maps.mean_inverse_distance(2.0)
-    with pytest.raises(ValueError, match=r"`weight` must have shape \(3,\)"):
+    with pytest.raises(ValueError, match=r"`weight` must broadcast to shape \(3,\)"):
         maps.mean_inverse_distance(np.ones(3), np.ones(2))
 
 

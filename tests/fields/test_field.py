@@ -6,17 +6,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firstorder.checks.tolerance import normwise
-from firstorder.conventions import FLATLAND, FLATLAND_SLOPE
+from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, Frame
 from firstorder.fields import (
     Affine,
     BoxProfile,
     Constant,
     Edge,
+    Field,
     Function,
     Gaussian,
     Grid,
     Harmonics,
     Sum,
+    autodiff_jet,
     gaussian,
 )
 from firstorder.laws import Integrate, Warp
@@ -221,7 +223,26 @@ def test_a_level_has_a_slope_along_each_coordinate():
 
 
 def test_a_sum_has_a_weight_for_each_field():
-    with pytest.raises(ValueError, match="`weights` must be 1 numbers, one for each field"):
+    with pytest.raises(ValueError, match="`weights` must be one number for each field"):
         Sum((Constant(1.0),), jnp.ones(2))
     with pytest.raises(ValueError, match="`fields` must hold a field, but is empty"):
         Sum((), jnp.ones(0))
+
+
+class Lit(Field):
+    """Light of a user's, kept by complex coefficients, and a key of random numbers."""
+
+    waves: jax.Array
+    key: jax.Array
+    frame: Frame = FLATLAND
+
+    def at(self, u):
+        return jnp.real(jnp.sum(self.waves)) * u[0]
+
+    def jet(self, u):
+        return autodiff_jet(self.at, u, self.frame)
+
+
+def test_a_field_of_ones_own_may_keep_what_is_no_light():
+    light = Lit(jnp.array([1.0 + 2.0j, 2.0]), jax.random.key(0))
+    assert light(0.5, 0.0).item() == 1.5

@@ -103,3 +103,11 @@ def test_a_level_that_is_flat_at_its_root_or_jumps_there_has_it():
         t, met = root_between(level, jnp.array(0.0), jnp.array(2.0))
         assert met
         assert t == pytest.approx(1.3, abs=error)
+
+
+def test_the_root_of_a_level_that_jumps_and_rises_is_where_it_jumps():
+    found, met = root_between(
+        lambda t: jnp.where(t < 0.3, t - 1.0, t + 1.0), *jnp.array([0.0, 1.0])
+    )
+    np.testing.assert_allclose(found, 0.3, atol=1e-7)
+    assert bool(met)

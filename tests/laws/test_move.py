@@ -95,3 +95,8 @@ def test_a_singular_matrix_is_refused_in_one_sentence():
         Move([[1.0, 2.0], [2.0, 4.0]])
     with pytest.raises(ValueError, match="must be a matrix and its shift"):
         Move([[1.0, 0.0], [0.0, 1.0]], [0.0])
+
+
+def test_a_frame_that_is_none_is_refused_by_its_name():
+    with pytest.raises(TypeError, match=r"`to` must be a `Frame`|violates type hint"):
+        Move(np.eye(2), to="x")

@@ -127,3 +127,7 @@ def test_the_deviation_of_a_mean_that_is_right_moves_with_the_mean():
     slope = jax.grad(lambda mean, error: Estimate(mean, error, 3.0).z(1.0))
     np.testing.assert_allclose(slope(1.0, 0.1), 10.0)
     assert slope(1.0, 0.0) == 0.0
+
+
+def test_an_unknown_error_gives_no_deviation():
+    assert np.isnan(Estimate(1.0, np.nan, 3.0).z(np.array([1.0, 2.0]))).all()

@@ -30,10 +30,10 @@ from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import (
     check_between,
+    check_broadcast,
     check_finite,
     check_not_negative,
     check_positive,
-    check_shape,
     nan_unless,
     not_negative,
 )
@@ -175,6 +175,7 @@ def rms_cutoff(exponent: RealLike) -> Float[Array, "..."]:
         [0.159, 1.594]
     """
     s = not_negative(as_float(exponent))
+    check_finite("exponent", s)
     check_not_negative("exponent", s)
     steep = 2.0 * s <= 1.0
     return jnp.where(
@@ -205,7 +206,7 @@ def mean_inverse_distance(
 
     Raises:
         ValueError: for a distance that is not positive or a weight that is negative; traced ones
-            give NaN. If both have not one shape, with an axis of rays.
+            give NaN. If distances have no axis of rays, or weights do not fit them.
 
     Reference: D05 §6.2; the weights are what it asks for at its end.
 
@@ -223,7 +224,8 @@ def mean_inverse_distance(
     if not d.ndim:
         raise ValueError("Argument `distance` must have an axis of rays, but is one number.")
     w = jnp.ones_like(d) if weight is None else as_float(weight)
-    check_shape("weight", w, d.shape)
+    check_broadcast("weight", w, d.shape)
+    w = jnp.broadcast_to(w, d.shape)
     check_not_negative("weight", w)
     near = (d > 0.0) & met
     slope = jnp.where(near, 1.0 / jnp.where(near, d, 1.0), 0.0)

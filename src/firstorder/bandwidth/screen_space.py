@@ -12,7 +12,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder._argument_checks import check_coordinates, check_kind, check_shape, nan_unless
+from firstorder._argument_checks import (
+    check_coordinates,
+    check_kind,
+    check_shape,
+    nan_unless,
+)
 from firstorder._display import in_print
 from firstorder.bandwidth._spectral_norm import reach, spectral_norm
 from firstorder.bandwidth.pixel_rates import _bands

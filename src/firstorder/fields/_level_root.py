@@ -44,6 +44,7 @@ def root_between(
     t = jax.lax.stop_gradient(0.5 * (a + b))
     for _ in range(NEWTON):
         value, slope = jax.value_and_grad(level)(t)
-        goes = met & (slope != 0)  # a level that jumps has its root where it does
+        # The bisected root is nearly right: a step that is not small is that of a level that jumps.
+        goes = met & (slope != 0) & (abs(value) <= 1e-3 * abs(slope * (upper - lower)))
         t = t - jnp.where(goes, value, 0.0) / jnp.where(goes, slope, 1.0)
     return jnp.where(met, t, upper), met

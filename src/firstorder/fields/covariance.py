@@ -18,7 +18,6 @@ from firstorder._display import Module, in_notebook
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid
 from firstorder.numerics._batching import batched
-from firstorder.numerics._compiled import compiled
 from firstorder.typing import Matrix
 
 if TYPE_CHECKING:
@@ -64,7 +63,6 @@ def covariance_of(field: Field, grid: Grid) -> Covariance:
     return Covariance(g.T @ g / (4.0 * np.pi**2 * power), field.frame)
 
 
-@compiled
 def covariance_of_samples(samples, grid: Grid, frame: Frame) -> Covariance:
     """Covariance from samples alone, by the FFT: shares nothing with `covariance_of`.
 

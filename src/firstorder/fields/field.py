@@ -455,8 +455,8 @@ class Sum(Field):
             raise ValueError("Argument `fields` must hold a field, but is empty.")
         if np.shape(self.weights) != (len(self.fields),):
             raise ValueError(
-                f"Argument `weights` must be {len(self.fields)} numbers, one for each field, but "
-                f"has shape {np.shape(self.weights)}."
+                f"Argument `weights` must be one number for each field, of shape "
+                f"({len(self.fields)},), but has shape {np.shape(self.weights)}."
             )
         for f in self.fields:
             if not isinstance(f, Field):

@@ -19,7 +19,6 @@ from firstorder.fields._held import Held
 from firstorder.fields._ray import stack
 from firstorder.fields.extent import Extent
 from firstorder.numerics._batching import batched
-from firstorder.numerics._compiled import compiled
 from firstorder.numerics._refinement import Approximation, approximated, finer, refined
 from firstorder.typing import ComplexScalar, Frequency
 
@@ -287,7 +286,6 @@ class _MovedGrid(Grid):
         return field(*jnp.moveaxis(self.points(), -1, 0))
 
 
-@compiled
 def discrete_transform(
     samples: Array | np.ndarray, grid: Grid, *frequencies: Array | np.ndarray
 ) -> Complex[Array, "..."]:

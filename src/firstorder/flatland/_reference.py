@@ -120,7 +120,7 @@ def _curve(group: Curves, i: int, o, d) -> list[float]:
     def side(s):
         return point(s) @ np.array([-d[1], d[0]])
 
-    # Whole shares of a curve, where symmetric ones are met, should be no ends of pieces.
+    # Pieces end away from 0, 1/4, 1/2 ..., where rays along its axes meet a symmetric curve.
     edges = np.linspace(0.0, 1.0, 2001) + 1e-4 * np.pi
     ahead = side(edges) > 0.0
     return [

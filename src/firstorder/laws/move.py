@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_finite, check_invertible
-from firstorder.conventions import Frame, fourier_kernel
+from firstorder.conventions import Frame, _check_frame, fourier_kernel
 from firstorder.errors import Refused
 from firstorder.fields._series import Series
 from firstorder.fields.covariance import Covariance
@@ -60,6 +60,8 @@ class Move(Law):
         self.M = as_float(M)
         self.c = as_float(np.zeros(self.M.shape[0], self.M.dtype) if c is None else c)
         self.to = to
+        if to is not None:
+            _check_frame(to, "to")
         if self.M.ndim != 2 or self.c.shape != (self.M.shape[0],):
             shapes = f"{self.M.shape} and {self.c.shape}"
             raise ValueError(

@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 
 from firstorder._argument_checks import check_kind, check_positive
 from firstorder._display import Module
-from firstorder.conventions import UNSTATED, Frame, _check_frame
+from firstorder.conventions import Frame, _check_frame
 from firstorder.errors import Refused
 from firstorder.fields.covariance import Covariance
 from firstorder.fields.field import Constant, Edge, Field
@@ -88,8 +88,9 @@ class Warp(Law):
 
     def __check_init__(self):
         """Refuse what is no map, and what is no frame."""
-        check_kind("map", self.map, Map, "a `Map`, a class of yours whose call is T(u)")
-        _check_frame(self.to or UNSTATED)
+        check_kind("map", self.map, Map, "an instance of a subclass of `Map`, whose call is T(u)")
+        if self.to is not None:
+            _check_frame(self.to, "to")
 
     def frame(self, frame: Frame) -> Frame:
         """The named frame, or the operand's."""

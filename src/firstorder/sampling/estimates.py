@@ -54,8 +54,8 @@ class Estimate(Module):
     def z(self, truth: ArrayLike) -> Float[Array, "*n"]:
         """Deviation from a known value in standard errors; zero where both agree without error."""
         off = self.mean - as_float(truth)
-        exact = (off == 0.0) & ~(self.error > 0.0)
-        error = jnp.where(self.error > 0.0, self.error, jnp.where(exact, 1.0, 0.0))
+        exact = (off == 0.0) & (self.error == 0.0)
+        error = jnp.where(self.error == 0.0, jnp.where(exact, 1.0, 0.0), self.error)
         return jnp.where(exact, 0.0, off / error)
 
     def scaled(self, factor: ArrayLike) -> Estimate:

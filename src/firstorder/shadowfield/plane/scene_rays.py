@@ -205,7 +205,7 @@ def depth_range(scene: Scene, light_height=1.0, samples: int = 65) -> tuple[floa
     heights = np.asarray(_heights(scene.groups, samples))[others]
     check_finite("light_height", light_height)
     check_one("light_height", light_height)
-    if light_height < np.max(heights):
+    if light_height <= np.max(heights):
         raise ValueError(
             f"Argument `light_height` must be above all blockers, of which one is at "
             f"{np.max(heights):g} m, but is {light_height:g} m."

@@ -21,9 +21,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from firstorder._argument_checks import (
+    check_below,
     check_between,
     check_count,
-    check_inside,
     check_not_negative,
     check_positive,
 )
@@ -52,8 +52,8 @@ def rays_per_pixel(
         margin: blockers nearer to the receiver than this share of d1 count as that near.
 
     Raises:
-        ValueError: if a length, a depth of blockers that are there, or `Omega_y` is not positive,
-            or `margin` is no share.
+        ValueError: if `d1`, `pixel`, `Omega_y` or a depth of blockers that are there is not
+            positive, `half` is negative, or `margin` is not from 0 to below 1.
 
     Reference: E11 App. B, eqs. 17-18 (the latter corrected, see `rates`).
 
@@ -67,9 +67,10 @@ def rays_per_pixel(
     """
     check_positive("Omega_y", Omega_y)
     check_positive("pixel", pixel)
-    check_positive("half", half)
+    check_not_negative("half", half)
     check_positive("d1", d1)
-    check_inside("margin", margin, 0.0, 1.0)
+    check_not_negative("margin", margin)
+    check_below("margin", margin, 1.0)
     some = np.isfinite(near)
     check_positive("near", np.where(some, near, 1.0))
     check_positive("far", np.where(some, far, 1.0))

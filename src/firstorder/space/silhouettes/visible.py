@@ -54,7 +54,7 @@ UP = np.array([0.0, 0.0, 1.0])
 # Given their precision anew where they are used: JAX keeps that of an array which it captures.
 SOME_LINE = np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]])
 SOME_ARC, SOME_ENDS = np.eye(3)[[2, 0, 1]], (0.0, 1.0)
-ASKED = 2**20  # distances that are asked for at a time: of 128 boxes all would take 13 GB
+ASKED = 2**20  # of parts of edges by shapes, at a time: of 128 boxes all would take 13 GB
 
 
 class VisibleSilhouettes(Module):
