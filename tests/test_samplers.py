@@ -95,6 +95,7 @@ OTHERS = {
     "flatland.library._e11": "places of blockers, not samples",
     "space.library._scenes": "places of blockers, not samples",
     "checks.own_events": "inputs of a check",
+    "symbolic._edges._is_zero_on": "numbers at which a formula is asked",
 }
 
 DRAWS = ("random", "uniform", "permutation", "normal", "integers", "choice")
