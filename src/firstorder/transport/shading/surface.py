@@ -391,10 +391,10 @@ class ReflectedField(Field):
 
 
 def _ignores_theta(level: Field) -> bool:
-    """Whether a level changes along theta nowhere, or whether that cannot be seen.
+    """Whether a level is the same at all angles, as far as some rays tell.
 
-    The straight ones that do have been taken out. For any other some rays tell; one with traced
-    numbers tells nothing, and is carried along.
+    Straight levels that are not have been taken out before. A level of traced numbers counts as one
+    that is: it cannot be asked.
     """
     if isinstance(level, Affine) or not is_concrete(level):
         return True
