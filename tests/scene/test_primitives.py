@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder import flatland, space
 from firstorder.flatland import Segments
 from firstorder.scene import _primitives as primitives
 
@@ -111,3 +112,18 @@ def test_joined_along_the_leading_axis():
     parts = [{"x": jnp.zeros((2, 3))}, {"x": jnp.ones((1, 3))}]
     assert primitives.joined(parts)["x"].tolist() == [[0.0] * 3, [0.0] * 3, [1.0] * 3]
     assert primitives.joined(parts[:1]) is parts[0]
+
+
+@pytest.mark.parametrize("world", ["flatland", "space"])
+def test_a_single_emission_is_the_fronts_and_a_single_albedo_both_sides(world):
+    primitive, one = {
+        "flatland": (flatland.primitive, flatland.Segments((0.0, 0.0), (1.0, 0.0))),
+        "space": (space.primitive, space.rectangle((0, 0, 1), (1, 0, 0), (0, 2, 0))),
+    }[world]
+    np.testing.assert_array_equal(primitive(one, emission=2.0).material.emission, [[2.0, 0.0]])
+    both = primitive(one, emission=2.0, two_sided=True).material
+    np.testing.assert_array_equal(both.emission, [[2.0, 2.0]])
+    np.testing.assert_array_equal(primitive(one, albedo=0.4).material.albedo, [[0.4, 0.4]])
+    bands = primitive(one, emission=(1.0, 2.0, 3.0), albedo=(0.1, 0.2, 0.3)).material
+    np.testing.assert_array_equal(bands.emission, [[[1.0, 2.0, 3.0], [0.0, 0.0, 0.0]]])
+    np.testing.assert_array_equal(bands.albedo, [[[0.1, 0.2, 0.3]] * 2])

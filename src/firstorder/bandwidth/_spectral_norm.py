@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from firstorder.numerics._select import safe_sqrt
 from firstorder.typing import RealLike, as_float
 
 
@@ -21,17 +22,12 @@ def spectral_norm(J: Float[Array, "*n m 2"]) -> Float[Array, "*n"]:
     a, b = J[..., 0], J[..., 1]
     aa, ab, bb = jnp.sum(a * a, -1), jnp.sum(a * b, -1), jnp.sum(b * b, -1)
     apart = _length(jnp.stack([aa - bb, 2.0 * ab], -1))
-    return size * _root(0.5 * (aa + bb + apart))
+    return size * safe_sqrt(0.5 * (aa + bb + apart))
 
 
 def _length(a: Array) -> Array:
     """Euclidean length along the last axis, with the gradient 0 at zero."""
-    return _root(jnp.sum(a**2, -1))
-
-
-def _root(square: Array) -> Array:
-    """Square root, with the gradient 0 at zero; NaN stays."""
-    return jnp.where(square == 0, 0.0, jnp.sqrt(jnp.where(square == 0, 1.0, square)))
+    return safe_sqrt(jnp.sum(a**2, -1))
 
 
 def reach(turn: Array, cutoff: RealLike) -> Array:

@@ -20,6 +20,7 @@ from jaxtyping import Array, ArrayLike, Float
 from firstorder._argument_checks import check_count, check_not_negative, check_positive, nan_unless
 from firstorder.caching._records import checked_order
 from firstorder.caching.regions import ValidityRegion, _checked_dims, _determinant
+from firstorder.numerics._select import safe_sqrt
 from firstorder.typing import as_float
 
 DEFINITIONS = (
@@ -135,7 +136,7 @@ def _third_norm(T: Float[Array, "... 2 2 2"], kind: str, directions: int) -> Flo
     x = jnp.asarray(np.stack([np.cos(phi), np.sin(phi)], -1), T.dtype)
     form = jnp.einsum("...abc,ka,kb,kc->...k", T, x, x, x)
     if kind == "rms":
-        return _root(jnp.mean(form * form, axis=-1))
+        return safe_sqrt(jnp.mean(form * form, axis=-1))
     form = jnp.abs(form)
     return jnp.mean(form, axis=-1) if kind == "mean" else jnp.max(form, axis=-1)
 
@@ -387,10 +388,4 @@ def _parts(H: Array) -> tuple[Array, Array, Array]:
 
 def _length(d: Array, b: Array) -> Array:
     """Length of (d, b)."""
-    return _root(d * d + b * b)
-
-
-def _root(square: Array) -> Array:
-    """Square root; its derivative at zero is zero rather than NaN."""
-    none = square <= 0.0  # a NaN stays one
-    return jnp.where(none, 0.0, jnp.sqrt(jnp.where(none, 1.0, square)))
+    return safe_sqrt(d * d + b * b)

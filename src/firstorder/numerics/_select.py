@@ -55,3 +55,9 @@ def _filled(c: ArrayLike, shape: tuple[int, ...], dtype) -> Array:
     if isinstance(c, (bool, int, float)):
         return jax.lax.full(shape, c, dtype)
     return jnp.broadcast_to(jnp.asarray(c, dtype), shape)
+
+
+def safe_sqrt(square: Array) -> Array:
+    """The square root; zero with the slope zero where the square is not positive. NaN stays."""
+    none = square <= 0.0
+    return jnp.where(none, 0.0, jnp.sqrt(jnp.where(none, 1.0, square)))

@@ -16,6 +16,7 @@ from jaxtyping import Array, ArrayLike, Float, Int
 from firstorder._argument_checks import check_finite, check_not_negative, check_one, is_concrete
 from firstorder._display import Module
 from firstorder.numerics._scale import power_of_two
+from firstorder.numerics._select import safe_sqrt
 from firstorder.typing import as_float
 
 HORIZON = 0.5 * jnp.pi
@@ -111,12 +112,6 @@ def lobe_sine(e: Float[Array, "*#n"], u: Float[Array, "*#n"], v: Float[Array, "*
     flat = e <= 0.0
     power = jnp.where(flat, 0.0, u ** (2.0 / jnp.where(flat, 1.0, e)))
     return safe_sqrt(1.0 - power) * jnp.cos(2.0 * jnp.pi * v)
-
-
-def safe_sqrt(x: Float[Array, "*n"]) -> Float[Array, "*n"]:
-    """The square root, zero with no slope where x is not positive."""
-    positive = x > 0.0
-    return jnp.where(positive, jnp.sqrt(jnp.where(positive, x, 1.0)), 0.0)
 
 
 def lobe_power(cosine: Float[Array, "*#n"], e: Float[Array, "*#n"]) -> Array:

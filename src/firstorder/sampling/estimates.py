@@ -22,6 +22,7 @@ from firstorder._argument_checks import (
 )
 from firstorder._display import Module
 from firstorder.numerics._scale import power_of_two
+from firstorder.numerics._select import safe_sqrt
 from firstorder.typing import as_float
 
 
@@ -116,9 +117,7 @@ class Moments(Module):
 
     def estimate(self) -> Estimate:
         """The mean and its standard error."""
-        square = self.variance() / jnp.maximum(self.count, 1.0)
-        alike = square == 0.0  # where the root has no derivative, zero is taken
-        error = jnp.where(alike, 0.0, jnp.sqrt(jnp.where(alike, 1.0, square)))
+        error = safe_sqrt(self.variance() / jnp.maximum(self.count, 1.0))
         return Estimate(self.mean, error, self.count)
 
 

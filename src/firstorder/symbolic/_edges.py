@@ -64,7 +64,7 @@ class _Swept(sympy.Integral):
 
     @classmethod
     def of(cls, function, *limits) -> Expr:
-        """The same integral as one of these."""
+        """A swept integral from the arguments of a `sympy.Integral`."""
         return cls(function.replace(sympy.Piecewise, _cases), *limits)
 
     def _eval_derivative(self, sym):
@@ -86,7 +86,7 @@ class _Case(Choice):
 
     @classmethod
     def eval(cls, *args):
-        """What both cases have in common, or the case that is decided."""
+        """The value if both cases are alike or the condition is decided, else nothing."""
         return args[0] if args[0] == args[1] else super().eval(*args)
 
     @classmethod
@@ -190,7 +190,7 @@ def _sift(integral: Any) -> Expr:
 
 
 def _factors(integrand: Expr) -> dict[Any, Expr]:
-    """What each Dirac is multiplied by."""
+    """Diracs of a sum, each with the factor that it has there."""
     found: dict[Any, Expr] = {}
     for term in sympy.Add.make_args(sympy.expand_mul(integrand)):
         deltas = list(term.atoms(sympy.DiracDelta))

@@ -12,7 +12,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from firstorder._display import Module
-from firstorder.sampling._distributions import lobe_area, lobe_power, lobe_sine, safe_sqrt
+from firstorder.numerics._select import safe_sqrt
+from firstorder.sampling._distributions import lobe_area, lobe_power, lobe_sine
 
 
 class Surface(Module):
