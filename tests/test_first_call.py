@@ -17,9 +17,9 @@ from tests.first_calls import calls, equations
 MOST = {
     "flatland E": 1000,
     "flatland gradient": 1200,
-    "flatland Hessian": 1890,
-    "scene_d E": 1430,
-    "scene_d E''": 2200,
+    "flatland Hessian": 1780,
+    "scene_d E": 1440,
+    "scene_d E''": 2140,
     "flatland radiosity": 2970,
     "space E": 1092,
     "space gradient": 1399,

@@ -90,6 +90,22 @@ def test_on_a_disc(share):
         assert_seen_as_by_rays(scene, Receiver.on_shape(scene, number, share))
 
 
+def test_the_shape_on_which_a_receiver_lies_is_known_by_its_number_in_the_scene():
+    # Behind the discs: it is not met where the receiver stands. A disc: no other shape is taken
+    # for it that has its number among those that are no discs.
+    center, radius = discs(np.random.default_rng(7), low=(-1.0, 0.6), high=(1.0, 1.7))
+    scene = Scene.of(
+        primitive(Segments((1.5, 2.0), (-1.5, 2.0)), emission=1.0),
+        primitive(Segments((-1.0, -1.0), (1.0, -1.0))),  # in the ellipse
+        primitive(Circles((0.0, 0.3), 0.1), albedo=0.5),
+        primitive(Circles(center, radius), albedo=0.5),
+        primitive(Ellipses((0.0, -1.0), (3.0, 1.05), 0.1)),
+    )
+    behind = 3 + COUNT
+    assert_seen_as_by_rays(scene, Receiver.on_shape(scene, behind, 0.86))
+    assert behind in assert_seen_as_by_rays(scene, Receiver.on_shape(scene, 2, 0.5))
+
+
 def test_in_a_disc_only_its_wall_and_what_is_in_it_is_seen():
     scene = cluttered(2)
     index = 5 + int(np.argmax(scene.groups[2].radius))

@@ -1,11 +1,11 @@
-"""Sorting by one key, against NumPy's stable sort."""
+"""Sorting by one key, against NumPy's stable sort; known neighbours, against a loop."""
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics._order import order_of
+from firstorder.numerics._order import nearest_known, order_of
 
 
 @pytest.mark.parametrize("n", [1, 2, 15, 16, 17, 33, 200])
@@ -45,3 +45,18 @@ def test_single_precision_without_long_integers():
 def test_it_has_no_derivative():
     slope = jax.jacobian(lambda a: a[order_of(a)])(jnp.arange(20.0)[::-1])
     np.testing.assert_array_equal(slope, np.eye(20)[::-1])
+
+
+@pytest.mark.parametrize("n", [1, 2, 5, 16, 33])
+def test_the_nearest_known_number_is_that_of_a_loop(n):
+    rng = np.random.default_rng(n)
+    for share in (0.0, 0.2, 0.7, 1.0):
+        a, known = rng.integers(-1, 9, n), rng.random(n) < share
+        before, after = a.copy(), a.copy()
+        for k in range(1, n):
+            before[k] = a[k] if known[k] else before[k - 1]
+        for k in reversed(range(n - 1)):
+            after[k] = a[k] if known[k] else after[k + 1]
+        found = nearest_known(jnp.asarray(a), jnp.asarray(known))
+        assert np.array_equal(found[0], before)
+        assert np.array_equal(found[1], after)

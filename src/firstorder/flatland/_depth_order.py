@@ -15,9 +15,6 @@ Whether discs overlap is asked of all pairs, once for a scene and not for each r
 
 from __future__ import annotations
 
-from functools import partial
-from typing import TYPE_CHECKING
-
 import jax
 import jax.custom_batching
 import jax.numpy as jnp
@@ -25,35 +22,29 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from firstorder.flatland.scene import Scene
-from firstorder.flatland.shapes._base import Shape
 from firstorder.flatland.shapes.kinds import Circles
-from firstorder.numerics._batching import in_blocks, one_list
 from firstorder.numerics._order import order_of
 from firstorder.numerics._planar import dot_2d
 from firstorder.scene import _intersect as intersect
 from firstorder.scene._intersect import MISS
 
-if TYPE_CHECKING:
-    from firstorder.flatland.visible import Receiver
-
 MANY = 32  # circles from which on their order pays
-IN_CACHE = 2**15  # gaps whose tables stay in the cache
 
 
-def many_circles(scene: Scene) -> Circles | None:
-    """The circles of a scene, if they are so many that their order pays."""
-    for group in scene.groups:
-        if isinstance(group, Circles) and group.count >= MANY:
-            return group
-    return None
+def ordered_by_depth(scene: Scene) -> Bool[Array, ""] | None:
+    """Whether the circles of a scene are ordered by depth; None if they are too few for it to pay.
+
+    Of a row of scenes under `vmap`: whether those of all are. So it is one answer, and what is
+    chosen by it is alone computed. It has no derivative.
+    """
+    circles = [group for group in scene.groups if isinstance(group, Circles)]
+    if not circles or circles[0].count < MANY:
+        return None
+    return do_not_overlap(circles[0])
 
 
 def do_not_overlap(circles: Circles) -> Bool[Array, ""]:
-    """Whether no disc reaches into another, up to the share in which surfaces are in one place.
-
-    Of a row of scenes under `vmap`: whether that holds in all of them. So it is one answer, and
-    what is chosen by it is alone computed. It has no derivative.
-    """
+    """Whether no disc reaches into another, up to the share in which surfaces are in one place."""
     return _apart(*jax.lax.stop_gradient((circles.center, circles.radius)))
 
 
@@ -74,59 +65,59 @@ def _(size, batched, *circles):
     return _apart(*whole), False
 
 
-def first_shape(
-    scene: Scene,
-    at: Receiver,
-    angles: Float[Array, " m_1"],
-    along: Float[Array, "m 2"],
-    order: Int[Array, " k"],
-) -> Int[Array, " m"]:
+def first_shape(scene: Scene, view: tuple[Array, ...]) -> Int[Array, " m"]:
     """Number of the nearest shape in each gap of a view, -1 for none, if no discs overlap.
 
     A ray meets the other shapes, the receiver's own, and one disc.
 
     Args:
         scene: the shapes.
-        at: the receiver.
-        angles: the ends of the gaps, from edge to edge of the view.
-        along: directions of their middles.
-        order: of the cuts between the ends: their numbers, those of `scene.silhouettes` first.
+        view: where the receiver is, and the number of the shape on which it lies; of each cut, the
+            tangent of half its angle, those of `scene.silhouettes` first; unit vectors into the
+            gaps, in their order; and the order of the cuts.
     """
-    rows = jax.tree.map(lambda a: a[None], (at.position, at.on, angles, along, order))
-    block = max(1, IN_CACHE // along.shape[0])
+    origin, on, half, along, order = view
+    which = [isinstance(group, Circles) for group in scene.groups].index(True)
+    circles, others = scene.groups[which], (*scene.groups[:which], *scene.groups[which + 1 :])
+    first = sum(group.count for group in scene.groups[:which])
+    stop = first + circles.count
+    # Numbers among the circles alone, and below among the others.
+    own = jnp.where((on >= first) & (on < stop), on - first, MISS)
+    cuts = sum(group.count * group.silhouette_count for group in scene.groups[:which])
 
-    def find(shared, rows):
-        return in_blocks(jax.vmap(partial(_first_shape, *shared)), rows, block)
-
-    return one_list(find)((scene.groups, scene.material.emission), rows)[0]
-
-
-def _first_shape(groups: tuple[Shape, ...], emission: Array, view: tuple) -> Int[Array, " m"]:
-    """`first_shape` of one view."""
-    origin, on, angles, along, order = view
-    which = [isinstance(group, Circles) for group in groups].index(True)
-    circles, others = groups[which], (*groups[:which], *groups[which + 1 :])
-    number = sum(group.count for group in groups[:which]) + np.arange(circles.count)
-    cuts = sum(group.count * group.silhouette_count for group in groups[:which])
+    def of_circles(a):
+        return a[cuts : cuts + 2 * circles.count].reshape(-1, 2)
 
     place = jnp.zeros_like(order).at[order].set(np.arange(len(order), dtype=np.int32))
-    place = place[cuts : cuts + 2 * circles.count].reshape(-1, 2)
-    above = jnp.abs(angles[place + 1]) < angles[-1]
-    front, rim = front_circle(circles, origin, number == on, place, above, len(along))
-    met = [jnp.where(k == MISS, MISS, k + number[0]) for k in (front, rim)]
-    met = [*jnp.broadcast_arrays(*met, on)]
-    rays = jnp.broadcast_to(origin, along.shape), along, met[-1]
+    above = of_circles(jnp.abs(half) < 1.0)
+    front, rim = front_circle(circles, origin, own, of_circles(place), above, len(along))
+    rank = intersect.ranks(scene.material.emission)
+    rays = _rays(origin, along, own)
+    met = [
+        (intersect.reached((circles,), k, rays), rank[first:stop][jnp.maximum(k, 0)])
+        for k in (front, rim, own)
+    ]
     if others:
-        rest = np.delete(np.arange(len(emission)), number)
-        found = intersect.first_shape(others, intersect.ranks(emission[rest]), rays)
-        met.append(found + jnp.where(found < number[0], 0, circles.count))
-    return intersect.first_of(groups, intersect.ranks(emission), jnp.stack(met), rays)
+        rest = np.delete(np.arange(scene.count), np.arange(first, stop))
+        on = jnp.where(on < first, on, jnp.where(on < stop, MISS, on - circles.count))
+        rays, among = _rays(origin, along, on), intersect.ranks(scene.material.emission[rest])
+        number = intersect.first_shape(others, among, rays)
+        t = intersect.reached(others, number, rays)
+        met.append((t, rank[rest][jnp.maximum(number, 0)]))
+    t, rank = (jnp.stack(jnp.broadcast_arrays(*a)) for a in zip(*met, strict=True))
+    slack = intersect.rounding(origin) / intersect.tie(t.dtype)
+    return intersect.highest(t + slack, rank, scene.count)
+
+
+def _rays(origin: Float[Array, "2"], along: Float[Array, "m 2"], on: Int[Array, ""]):
+    """Rays from one place, on the shape of that number."""
+    return jnp.broadcast_to(origin, along.shape), along, jnp.broadcast_to(on, len(along))
 
 
 def front_circle(
     circles: Circles,
     origin: Float[Array, "2"],
-    own: Bool[Array, " n"],
+    own: Int[Array, ""],
     places: Int[Array, "n 2"],
     above: Bool[Array, "n 2"],
     gaps: int,
@@ -136,7 +127,7 @@ def front_circle(
     Args:
         circles: the discs.
         origin: the receiver.
-        own: whether it is known to lie on them: those are left out.
+        own: number of the one on which it is known to lie, or -1: that one is left out.
         places: of both silhouettes of each among all cuts of the view: of the one further
             counter-clockwise, and of the other.
         above: whether they lie above the receiver's horizon.
@@ -146,6 +137,7 @@ def front_circle(
         The numbers, and that of a circle on whose rim the receiver lies, if that is not its own. It
         has no silhouettes and is left out too: what is seen of it only a ray can tell.
     """
+    own = jnp.arange(circles.count, dtype=np.int32) == own
     w = origin - circles.center
     power = dot_2d(w, w) - circles.radius * circles.radius
     unit = w / circles.radius[:, None]

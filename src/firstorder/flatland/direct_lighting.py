@@ -18,13 +18,14 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import nan_unless
 from firstorder.conventions import direction
+from firstorder.flatland._hemicircle import Between, Cuts, cuts_of, seen_between
 from firstorder.flatland.intersect import occluded
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import (
     Receiver,
     View,
-    _cut_hemisphere,
     _in_own_unit,
+    _view,
     receiver,
     view,
 )
@@ -33,6 +34,7 @@ from firstorder.numerics._planar import dot_2d
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._refinement import with_errors
 from firstorder.numerics._scale import power_of_two
+from firstorder.numerics._select import either
 from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._bands import by_band
 from firstorder.scene._derivatives import Derivatives, line_derivatives
@@ -96,12 +98,13 @@ def irradiance(
     """
     check_asked_one(scene, Scene, at, Receiver)
     near, here, cuts = _in_own_unit(scene, at, None if cuts is None else as_float(cuts))
-    seen = _cut_hemisphere(near, here, cuts)
+    where = cuts_of(near, here, cuts)
+    seen = seen_between(near, here, where, sides=radiance is None)
     E = point_light_irradiance(scene, at)
     if radiance is None:
-        E = E + _emitted(near, here, seen)
+        E = E + _emitted(scene, where, seen)
     if radiance is not None or scene.environment is not None:
-        E = E + _integrated(scene, at, seen, radiance, nodes)
+        E = E + _integrated(scene, at, _view(where, seen), radiance, nodes)
     return E
 
 
@@ -206,16 +209,17 @@ def point_light_irradiance(
     return nan_unless(known, jnp.sum(jnp.where(lit, each, 0.0)))
 
 
-def _emitted(scene: Scene, at: Receiver, seen: View) -> Float[Array, ""]:
-    """Emission of the shapes: differences of sines."""
-    fixed, here = jax.lax.stop_gradient((scene, at))
-    ends = jax.lax.stop_gradient(seen.angles)
-    along = direction(here.n + 0.5 * (ends[1:] + ends[:-1]))
-    number = jnp.maximum(seen.seen, 0)
-    front = jax.vmap(lambda i, d: fixed.front(i, here.position, d, here.on))(number, along)
-    L = scene.material.emission[number, jnp.where(front, FRONT, BACK)]
-    sines = jnp.sin(seen.angles)
-    return jnp.sum(jnp.where(seen.seen >= 0, L, 0.0) * (sines[1:] - sines[:-1]))
+def _emitted(scene: Scene, cuts: Cuts, seen: Between) -> Float[Array, ""]:
+    """Emission of the shapes: differences of sines, added up cut by cut.
+
+    A cut counts with what is seen on its right less what is seen on its left. So the sines need no
+    order, and their derivatives are those of the silhouettes alone.
+    """
+    side = jnp.where(seen.front, FRONT, BACK)
+    L = scene.material.emission[jnp.maximum(seen.shape, 0), side]
+    L = either(seen.shape >= 0, L, 0.0)
+    jump = jnp.zeros_like(cuts.sine).at[seen.order].set(L[:-1] - L[1:])
+    return L[0] + L[-1] + jnp.sum(jump * cuts.sine)
 
 
 def _integrated(

@@ -15,7 +15,6 @@ from __future__ import annotations
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
@@ -30,13 +29,11 @@ from firstorder._argument_checks import (
 )
 from firstorder._display import Module
 from firstorder.conventions import direction
-from firstorder.flatland import _depth_order
-from firstorder.flatland.intersect import first_shape
+from firstorder.flatland._hemicircle import HORIZON, Between, Cuts, cuts_of, seen_between
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.shapes._base import own_unit
 from firstorder.numerics._compiled import compiled_after
 from firstorder.numerics._host import hosted, spread
-from firstorder.numerics._order import order_of
 from firstorder.numerics._planar import cross_2d, dot_2d
 from firstorder.scene._arguments import (
     check_asked_one,
@@ -51,8 +48,6 @@ from firstorder.scene._derivatives import FLATLAND
 from firstorder.scene._questions import check_question
 from firstorder.scene._words import told_receiver
 from firstorder.typing import as_array, as_float
-
-HORIZON = 0.5 * jnp.pi
 
 
 @made_elsewhere
@@ -279,7 +274,16 @@ def view(scene: Scene, at: Receiver, *, cuts: ArrayLike | None = None) -> View:
     check_asked_one(scene, Scene, at, Receiver, bands=True)
     if cuts is not None:
         cuts = as_float(cuts)
-    return _cut_hemisphere(*_in_own_unit(scene, at, cuts))
+    scene, at, cuts = _in_own_unit(scene, at, cuts)
+    where = cuts_of(scene, at, cuts)
+    return _view(where, seen_between(scene, at, where))
+
+
+def _view(cuts: Cuts, seen: Between) -> View:
+    """The gaps of a view by their angles."""
+    angles = jnp.arctan2(cuts.sine, cuts.cosine)[seen.order]
+    edge = jnp.full((1,), HORIZON, angles.dtype)
+    return View(jnp.concatenate([-edge, angles, edge]), seen.shape)
 
 
 def _in_own_unit(
@@ -294,73 +298,3 @@ def _in_own_unit(
     scene = eqx.tree_at(lambda s: s.groups, scene, groups)
     at = eqx.tree_at(lambda r: r.position, at, at.position / unit)
     return scene, at, None if cuts is None else cuts / unit
-
-
-def _cut_hemisphere(scene: Scene, at: Receiver, cuts: Float[Array, "c 2"] | None) -> View:
-    """`view` in a unit in which squares of lengths keep their digits (`_in_own_unit`)."""
-    points, valid = scene.silhouettes(at.position, at.on)
-    if cuts is not None:
-        points = jnp.concatenate([points, cuts])
-        valid = jnp.concatenate([valid, jnp.ones(cuts.shape[0], bool)])
-    # A point that does not exist is replaced before its angle is asked for: no NaN in gradients.
-    points = jnp.where(valid[:, None], points, at.position + at.normal)
-    angles = jax.vmap(lambda p: local_angle(at, p))(points)
-    angles = jnp.where(valid, angles, HORIZON)
-    far = jnp.where(valid, jnp.sum((points - at.position) ** 2, -1), jnp.inf)
-    breaks = getattr(scene.environment, "breaks", None)
-    if breaks is not None:
-        turned = jnp.mod(breaks - at.n + jnp.pi, 2.0 * jnp.pi) - jnp.pi
-        angles = jnp.concatenate([angles, jnp.clip(turned, -HORIZON, HORIZON)])
-        far = jnp.concatenate([far, jnp.full_like(turned, jnp.inf)])
-    known = jnp.isfinite(at.n) & jnp.all(jnp.isfinite(at.position))
-    angles = nan_unless(known & ~scene.unsound, angles)
-    order = order_of(angles)
-    edge = jnp.full((1,), HORIZON, angles.dtype)
-    angles = jnp.concatenate([-edge, angles[order], edge])
-    far = jnp.concatenate([edge, far[order], edge])
-    fixed = jax.lax.stop_gradient((angles, far))
-    return View(angles, _in_line(_seen(scene, at, angles, order), *fixed))
-
-
-def _in_line(seen: Int[Array, " m"], angles: Float[Array, " m_1"], far: Float[Array, " m_1"]):
-    """Fills gaps of no width between edges in line, as if the nearer edge hid the farther one.
-
-    What a ray through both edges meets is a matter of rounding, but derivatives depend on it: with
-    the nearer edge alone they are those of one side of the visual event.
-    """
-    empty = angles[1:] - angles[:-1] <= 16.0 * jnp.finfo(angles.dtype).eps
-    number = jnp.arange(seen.size)
-    before = jax.lax.cummax(jnp.where(empty, 0, number))
-    after = jax.lax.cummin(jnp.where(empty, seen.size - 1, number), reverse=True)
-    nearer = jnp.where(far[:-1] < far[1:], seen[after], seen[before])
-    return jnp.where(empty, nearer, seen)
-
-
-def _seen(
-    scene: Scene, receiver: Receiver, angles: Float[Array, " m_1"], order: Int[Array, " k"]
-) -> Int[Array, " m"]:
-    """Nearest shape in the middle of each gap.
-
-    Args:
-        scene: the shapes.
-        receiver: the eye.
-        angles: the ends of the gaps.
-        order: of the cuts between the ends: their numbers, those of `scene.silhouettes` first.
-    """
-    middle = 0.5 * (angles[1:] + angles[:-1])
-    along = direction(receiver.n + middle)
-
-    def by_rays():
-        origins = jnp.broadcast_to(receiver.position, along.shape)
-        return first_shape(scene, origins, along, receiver.on)
-
-    circles = _depth_order.many_circles(scene)
-    if circles is None:
-        return by_rays()
-    # What is seen has no derivative: neither branch is to carry one.
-    scene, receiver, angles, along = jax.lax.stop_gradient((scene, receiver, angles, along))
-    return jax.lax.cond(
-        _depth_order.do_not_overlap(circles),
-        lambda: _depth_order.first_shape(scene, receiver, angles, along, order),
-        by_rays,
-    )

@@ -200,26 +200,21 @@ def first_shape(
     return one_list(lambda fixed, rays: search(*fixed, rays))((groups, rank), rays)
 
 
-def first_of(
-    groups: Sequence[Any], rank: Int[Array, " n"], numbers: Int[Array, "k r"], rays: Rays
-) -> Int[Array, " r"]:
-    """Number of the one that each ray meets first among k shapes of its own, -1 for none.
+def reached(groups: Sequence[Any], number: Int[Array, "*#r"], rays: Rays) -> Float[Array, " r"]:
+    """Distances along rays to one shape, or to one of its own for each; infinite for none.
 
     Args:
         groups: the shapes.
-        rank: `ranks` of all of them.
-        numbers: of those that each ray is asked about, -1 for none.
+        number: of the shape, or of that of each ray; -1 for none.
         rays: with their leading axis.
     """
 
-    def meet(number, origin, along, on):
+    def reach(number, origin, along, on):
         known = jnp.maximum(number, 0)
         t = picked(groups, known, lambda shape: shape.distance(origin, along, on == number))
         return either(number == MISS, jnp.inf, t)
 
-    t = jax.vmap(lambda row: jax.vmap(meet)(row, *rays))(numbers)
-    t = t + rounding(rays[0]) / tie(t.dtype)
-    return highest(t, rank[numbers], rank.shape[0])
+    return jax.vmap(reach, (0 if number.ndim else None, 0, 0, 0))(number, *rays)
 
 
 def free_ways(

@@ -1,0 +1,84 @@
+"""The hemicircle: its cuts and what is between them, against angles, rays and higher precision."""
+
+import jax
+import jax.numpy as jnp
+import mpmath
+import numpy as np
+import pytest
+
+from firstorder.flatland import (
+    Circles,
+    Receiver,
+    Scene,
+    Segments,
+    _hemicircle,
+    irradiance,
+    local_angle,
+    primitive,
+)
+from firstorder.flatland._hemicircle import cuts_of, seen_between
+from tests.flatland.worlds import everything
+
+
+@pytest.fixture
+def scene():
+    """A lamp above two discs, of which one is below the horizon of a receiver at the origin."""
+    return Scene.of(
+        primitive(Segments((1.0, 2.0), (-1.0, 2.0)), emission=(2.0, 3.0)),
+        primitive(Circles(np.array([[0.2, 1.0], [0.5, -1.0]]), np.array([0.3, 0.2]))),
+    )
+
+
+def test_cuts_are_the_angles_of_silhouettes_and_those_below_the_horizon_are_its_ends():
+    scene, at = everything(), Receiver((0.1, -0.2), 0.3)
+    cuts = cuts_of(scene, at)
+    points, valid = scene.silhouettes(at.position, at.on)
+    truth = jax.vmap(lambda p: local_angle(at, p))(points[valid])
+    assert np.allclose(np.arctan2(cuts.sine, cuts.cosine)[valid], truth, atol=1e-14)
+    assert np.all(np.asarray(cuts.cosine)[valid][np.abs(truth) == 0.5 * np.pi] == 0.0)
+    assert np.allclose(cuts.far[valid], np.sum((points[valid] - at.position) ** 2, -1))
+    assert np.all(np.isinf(cuts.far[~valid]))
+
+
+def test_the_sides_that_are_seen_are_told(scene):
+    for x, y, side in ((0.0, 0.0, True), (0.0, 3.0, False)):
+        at = Receiver((x, y), 0.0 if side else np.pi)
+        seen = seen_between(scene, at, cuts_of(scene, at), sides=True)
+        assert set(seen.front[seen.shape == 0].tolist()) == {side}
+    assert seen_between(scene, at, cuts_of(scene, at)).front is None
+
+
+def test_what_is_seen_does_not_depend_on_blocks(scene, monkeypatch):
+    x = jnp.linspace(-1.0, 1.0, 37)
+
+    def seen():
+        def one(x):
+            at = Receiver(jnp.stack([x, 0.0 * x]), 0.1)
+            return seen_between(scene, at, cuts_of(scene, at), sides=True)
+
+        return jax.jit(jax.vmap(one))(x)
+
+    whole = seen()
+    monkeypatch.setattr(_hemicircle, "MANY", 1)
+    monkeypatch.setattr(_hemicircle, "IN_CACHE", 64)
+    for one, other in zip(jax.tree.leaves(whole), jax.tree.leaves(seen()), strict=True):
+        assert np.array_equal(one, other)
+
+
+def test_a_lamp_near_the_horizon_keeps_the_digits_of_its_derivatives():
+    # Seen at 1e-4 above the horizon: what the sines of its ends lose must not be lost again in E''.
+    lamp = Segments((2.0, 2e-4), (1.0, 1e-4 * 1.5))
+    scene = Scene.of(primitive(lamp, emission=1.0, two_sided=True))
+
+    def E(x):
+        return irradiance(scene, Receiver(jnp.stack([x, 0.0 * x]), 0.0))
+
+    def exact(x):
+        a, b = (mpmath.mpf(float(p[0, 0])) - x for p in (lamp.start, lamp.end))
+        h, k = (mpmath.mpf(float(p[0, 1])) for p in (lamp.start, lamp.end))
+        return abs(a / mpmath.sqrt(a * a + h * h) - b / mpmath.sqrt(b * b + k * k))
+
+    with mpmath.workdps(40):
+        slope, bend = (float(mpmath.diff(exact, 0.25, n)) for n in (1, 2))
+    assert abs(jax.grad(E)(0.25) / slope - 1.0) < 1e-11
+    assert abs(jax.grad(jax.grad(E))(0.25) / bend - 1.0) < 1e-11
