@@ -240,6 +240,14 @@ def test_a_number_is_no_edge_and_no_function(make, name, words):
 
 
 @pytest.mark.smoke
+def test_a_class_is_no_function():
+    with pytest.raises(
+        TypeError, match=r"`function` must be a function .*, but is the class Travel"
+    ):
+        Function(Travel)
+
+
+@pytest.mark.smoke
 def test_an_event_acts_on_light():
     """With the import hook it is beartype that says it."""
     ours = r"^Travel acts on light, .* and not on a function:"

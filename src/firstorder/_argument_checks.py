@@ -93,6 +93,11 @@ def check_between(name: str, x: Any, low: float, high: float) -> None:
     _all(name, x, lambda a: (a >= low) & (a <= high), f"lie in [{low:g}, {high:g}]")
 
 
+def check_zero_or_one(name: str, x: Any) -> None:
+    """Refuse numbers between, and what takes neither nothing nor all."""
+    _all(name, x, lambda a: (a == 0) | (a == 1), "be 0 or 1")
+
+
 def check_inside(name: str, x: Any, low: float, high: float) -> None:
     """Refuse what lies outside (low, high), the ends too."""
     _all(name, x, lambda a: (a > low) & (a < high), f"lie in ({low:g}, {high:g})")

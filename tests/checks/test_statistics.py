@@ -11,6 +11,7 @@ from firstorder.checks.statistics import (
     z_test_of,
     z_threshold,
 )
+from firstorder.checks.tolerance import fitted_order
 from firstorder.sampling import estimate
 
 
@@ -79,11 +80,36 @@ def test_a_density_and_samples_that_are_no_numbers_are_failures():
             lambda: sampler_p_value([0.1] * 15, np.ones_like, 0.0, 1.0),
             "`samples` must hold at least 16, but holds 15.",
         ),
+        (
+            lambda: sampler_p_value([0.1] * 99, np.ones_like, 0.0, 1.0, bins=1),
+            "`bins` must be two at least, but is 1.",
+        ),
+        (lambda: z_threshold(-3), "`comparisons` must not be negative, but is -3"),
+        (lambda: chi_square([0, 100], [-50, 150]), "`expected` must not be negative, but is -50"),
+        (lambda: chi_square([-4, 54, 50], [5, 45, 50]), "`counts` must not be negative, but is -4"),
+        (lambda: z_test(np.array([1 + 5j]), 0.1, 1.0), "`mean` must be real"),
+        (lambda: z_test(1.0, 0.1, np.array([1 + 5j])), "`truth` must be real"),
+        (lambda: spread_test(np.array([1 + 9j]), 1.0, 9), "`measured` must be real"),
+        (
+            lambda: sampler_p_value(np.linspace(0, 1, 99) + 9j, np.ones_like, 0.0, 1.0),
+            "`samples` must be real",
+        ),
+        (lambda: error_slope([1], [1]), "`counts` must hold two different numbers"),
+        (lambda: error_slope([2, 2], [1, 2]), "`counts` must hold two different numbers"),
+        (lambda: error_slope([1, 2], [0, 2]), "`errors` must be positive, but is 0"),
+        (lambda: error_slope([1, 2, 3], np.ones((3, 1))), r"`errors` must have shape \(3,\)"),
     ],
 )
 def test_what_could_not_fail_is_refused(ask, sentence):
     with pytest.raises(ValueError, match=sentence):
         ask()
+
+
+def test_what_is_not_known_or_no_spread_is_near_nothing():
+    assert not z_test([1.0], [0.1], [9.0], truth_error=np.inf).passed
+    assert not spread_test(-1.0, -1.0, 9).passed
+    x = np.linspace(0.5, 1.0, 999)
+    assert sampler_p_value(x, lambda x: np.where(x < 0.5, -1.0, 3.0), 0.0, 1.0, bins=2) == 0.0
 
 
 def test_one_run_has_no_spread():
@@ -111,3 +137,19 @@ def test_spreads_are_compared_on_a_logarithmic_scale():
     x = np.random.default_rng(6).normal(0.0, 2.0, (300, 8))
     assert spread_test(x.std(0, ddof=1), 2.0, 300).passed
     assert not spread_test(x.std(0, ddof=1), 3.0, 300).passed
+
+
+@pytest.mark.parametrize(
+    ("sizes", "errors", "words"),
+    [
+        ([1.0], [1.0], "`sizes` must hold two different numbers, but holds"),
+        ([2.0, 2.0, 2.0], [1.0, 2.0, 3.0], "`sizes` must hold two different numbers, but holds"),
+        ([1.0, 2.0], [0.0, 1.0], "`errors` must be positive, but is 0"),
+        ([1.0, np.nan], [1.0, 1.0], "`sizes` must be positive, but is nan"),
+        ([1.0, 2.0, 3.0], [1.0, 2.0], r"`errors` must have shape \(3,\)"),
+        ([1.0, 2.0], np.array([1j, 1.0]), "`errors` must be real"),
+    ],
+)
+def test_an_order_is_fitted_to_errors_of_several_sizes(sizes, errors, words):
+    with pytest.raises(ValueError, match=f"^Argument {words}"):
+        fitted_order(sizes, errors)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from firstorder.checks.tolerance import normwise
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE
 from firstorder.fields import Grid, SampledSpectrum, discrete_transform, gaussian
+from firstorder.numerics._compiled import compiled
 
 SIZES = st.tuples(st.integers(3, 9), st.integers(3, 9))
 
@@ -91,6 +92,8 @@ def test_a_moved_grid_may_be_traced():
         (lambda: Grid((3, 3), (1.0, -1.0)), "`step` must be positive, but is -1.0"),
         (lambda: Grid((3, 3), (1.0, float("nan"))), "`step` must be positive, but is nan"),
         (lambda: Grid((3,), (1.0,), (0.0, 0.0)), "`center` must have 1 entries, but has 2"),
+        (lambda: Grid((3,), (1.0,), (np.nan,)), "`center` must be finite, but is nan"),
+        (lambda: Grid((3,), (1.0,), (1j,)), "`center` must be real, but is complex"),
         (lambda: discrete_transform(np.zeros((3, 4)), Grid((4, 3), (1.0, 1.0))),
          r"`samples` must have shape \(4, 3\), but has \(3, 4\)"),
     ],
@@ -98,6 +101,50 @@ def test_a_moved_grid_may_be_traced():
 def test_bad_input(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+@pytest.mark.smoke
+def test_a_grid_is_numbers_that_stay():
+    """A program is kept with them: of a list changed afterwards it took others for the old ones."""
+    step = [0.5]
+
+    @compiled
+    def spacing(grid, x):
+        return x * grid.step[0]
+
+    def of(step):
+        return spacing(Grid((4,), step), jnp.ones(())).item()  # pyright: ignore
+
+    try:
+        grid = Grid((4,), step)  # pyright: ignore[reportArgumentType]
+        of(step), of(step)
+        step[0] = 5.0
+        assert (grid.step, of(step), of([5.0])) == ((0.5,), 5.0, 5.0)
+    except TypeError as error:  # the import hook says that a list is no tuple
+        assert "type hint" in str(error)  # noqa: PT017
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize(
+    ("size", "step", "words"),
+    [
+        (4, (1.0,), "`size` must hold a number for each coordinate, but is an int"),
+        ((4,), 1.0, "`step` must hold a number for each coordinate, but is a float"),
+        ((4,), ("a",), "`step` must hold numbers, but holds a str"),
+    ],
+)
+def test_a_grid_has_a_number_for_each_coordinate(size, step, words):
+    with pytest.raises(TypeError, match=f"^Argument {words}|type hint"):
+        Grid(size, step)
+
+
+@pytest.mark.smoke
+def test_the_step_of_a_grid_is_not_traced():
+    """The program of such a grid was kept with what had become of its step."""
+    with pytest.raises(
+        (TypeError, ValueError), match=r"`step` must hold numbers, but is traced|type"
+    ):
+        jax.grad(lambda h: Grid((4,), (h,)).extent[0])(0.25)
 
 
 def test_spectra_over_other_frequencies_do_not_add():

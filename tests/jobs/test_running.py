@@ -43,6 +43,13 @@ def test_here_they_come_in_order_and_one_at_a_time():
         assert result == -seen[number]
 
 
+def test_a_number_is_no_function():
+    with pytest.raises(
+        TypeError, match=r"^Argument `function` must be a function, but is|Type-check error"
+    ):
+        list(run_jobs(3, [1]))  # pyright: ignore[reportArgumentType]
+
+
 def test_no_jobs_need_no_scheduler():
     assert list(run_jobs(square, [], scheduler="tcp://127.0.0.1:1")) == []
 

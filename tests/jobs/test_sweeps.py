@@ -80,6 +80,22 @@ def test_a_table_that_is_none_is_refused(table, listed):
         sweep(lambda **row: 0.0, table)
 
 
+def test_columns_of_one_name_are_refused():
+    """The second took the place of the first."""
+    with pytest.raises(ValueError, match="must hold each column once, but has two called '1'"):
+        sweep(lambda **row: row["1"], {1: [1.0, 2.0], "1": [3.0, 4.0]})
+
+
+def test_rows_of_several_lengths_are_no_column():
+    with pytest.raises(ValueError, match="must hold arrays, but its column 'a' is none"):
+        sweep(lambda a: a, {"a": [[1.0, 2.0], [3.0]]})
+
+
+def test_a_sweep_wants_a_function():
+    with pytest.raises(TypeError, match=r"`function` must be a function, but is a|type hint"):
+        sweep(3, {"a": [1.0]})  # pyright: ignore[reportArgumentType]
+
+
 def test_a_result_of_a_columns_name_is_refused():
     with pytest.raises(ValueError, match=r"other names than the columns, but one is 'a'\."):
         sweep(lambda a: {"a": a}, {"a": [1.0]})

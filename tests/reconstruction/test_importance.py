@@ -165,3 +165,28 @@ def test_far_light_loses_no_more_than_its_share():
         assert lost[~far].max() > 1.0 / (threshold - 1.0)
     with pytest.raises(ValueError, match=r"`threshold` must be at least 1, but is 0\.5"):
         is_far_light(np.ones(1), np.ones(1), 0.5)
+
+
+FACTORS = {name: np.ones((4, 2)) for name in ("turning", "share", "band")}
+FACTORS |= {name: np.ones(4) for name in ("distance", "cosine", "lamp")}
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"distance": np.ones((4, 1))}, r"`distance` must have shape \(4,\)"),
+        ({"cosine": np.ones(3)}, r"`cosine` must have shape \(4,\)"),
+        ({"share": np.ones((4, 1))}, r"`share` must have shape \(4, 2\)"),
+        ({"band": np.full((4, 2), -1.0)}, "`band` must not be negative, but is -1"),
+        ({"turning": np.full((4, 2), 1j)}, "`turning` must be real"),
+        ({"lamp": np.zeros(4)}, "`lamp` must be positive, but is 0"),
+    ],
+)
+def test_factors_belong_to_their_places(given, words):
+    with pytest.raises((TypeError, ValueError), match=f"^Argument {words}|type hint"):
+        importance_product(**FACTORS | given)
+
+
+def test_where_nothing_is_seen_there_is_no_importance_to_refuse():
+    nowhere = FACTORS | {"distance": np.array([1.0, np.inf, np.nan, 1.0])}
+    assert np.isfinite(importance_product(**nowhere)).tolist() == [True, False, False, True]

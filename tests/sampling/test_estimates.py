@@ -131,3 +131,22 @@ def test_the_deviation_of_a_mean_that_is_right_moves_with_the_mean():
 
 def test_an_unknown_error_gives_no_deviation():
     assert np.isnan(Estimate(1.0, np.nan, 3.0).z(np.array([1.0, 2.0]))).all()
+
+
+@pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda: Moments.none((2,)).add(np.array([1j, 2.0])), "`value` must be real"),
+        (
+            lambda: Moments.none((2,)).add(np.ones((3, 2))),
+            r"`value` must broadcast to shape \(2,\)",
+        ),
+        (lambda: Moments.none().add(3.0, 0.25), "`weight` must be 0 or 1, but is 0.25"),
+        (lambda: Moments.none().add(3.0, -1.0), "`weight` must be 0 or 1, but is -1"),
+        (lambda: Moments(-3.0, 1.0, 2.0), "`count` must not be negative, but is -3"),
+        (lambda: Moments(1.0, 1j, 2.0), "`mean` must be real"),
+    ],
+)
+def test_samples_are_counted_one_by_one(ask, words):
+    with pytest.raises((TypeError, ValueError), match=f"^Argument {words}|type hint"):
+        ask()

@@ -141,6 +141,13 @@ def test_a_frame_that_an_event_cannot_act_on_is_named():
         require_frame(False, Mirror(), FLATLAND, "slopes")
 
 
+@pytest.mark.smoke
+def test_jets_want_one_ray():
+    path = light(FLATLAND) >> Curvature(0.2)
+    with pytest.raises(TypeError, match=r"`u` of Path.jets must be one ray|type hint"):
+        path.jets(0.1, 0.2)
+
+
 def test_jets_at_every_step(path):
     first = Path(path.source, Chain(path.events[:3]))
     for step, jet in zip(first.steps, first.jets(U), strict=True):

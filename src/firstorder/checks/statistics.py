@@ -13,7 +13,13 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtrc, ndtri, stdtrit
 
-from firstorder._argument_checks import check_count, check_inside
+from firstorder._argument_checks import (
+    check_count,
+    check_inside,
+    check_not_negative,
+    check_real,
+)
+from firstorder.checks.tolerance import _logarithms
 
 LEVEL = 1e-4  # chance of a false alarm of one whole test
 EXPECTED = 8.0  # fewest expected samples in a bin of a chi-square test
@@ -56,7 +62,7 @@ def z_threshold(
         freedom: degrees of freedom behind the errors; None for many.
 
     Raises:
-        ValueError: if `level` is no chance.
+        ValueError: if `level` is no chance, or `comparisons` no number of them.
 
     Example:
         >>> from firstorder.checks import z_threshold
@@ -64,6 +70,7 @@ def z_threshold(
         (1.96, 3.474)
     """
     check_inside("level", level, 0.0, 1.0)
+    check_not_negative("comparisons", comparisons)
     each = -np.expm1(np.log1p(-level) / max(comparisons, 1))
     return float(-ndtri(0.5 * each) if freedom is None else -stdtrit(freedom, 0.5 * each))
 
@@ -86,25 +93,33 @@ def z_test(
         error: its standard error; infinite or NaN where it is not known.
         truth: what it should be.
         level: chance of a false alarm, of all comparisons together.
-        truth_error: bound on the error of `truth`, taken off each deviation.
+        truth_error: bound on the error of `truth`, taken off each deviation; infinite or NaN where
+            it is not known.
         freedom: degrees of freedom behind `error`; None for many.
 
     Raises:
-        ValueError: if `level` is no chance, or there is no mean.
+        ValueError: if `level` is no chance, there is no mean, or a number is complex.
 
     Example:
         >>> from firstorder.checks import z_test
         >>> z_test([1.1, 0.9], [0.1, 0.1], 1.0).passed, z_test(1.6, 0.1, 1.0).passed
         (True, False)
     """
-    off = np.abs(np.asarray(mean, float) - np.asarray(truth, float))
-    off = np.maximum(off - np.asarray(truth_error, float), 0.0)
-    error = np.broadcast_to(np.asarray(error, float), off.shape)
+    mean, error, truth = _real("mean", mean), _real("error", error), _real("truth", truth)
+    slack = _real("truth_error", truth_error)
+    off = np.maximum(np.abs(mean - truth) - slack, 0.0)
+    error, slack = np.broadcast_to(error, off.shape), np.broadcast_to(slack, off.shape)
     z = np.where(off == 0.0, 0.0, off / np.where(error > 0.0, error, np.nan))
-    z = np.where(np.isnan(z) | ~np.isfinite(error), np.inf, z)
+    z = np.where(np.isnan(z) | ~np.isfinite(error) | ~np.isfinite(slack), np.inf, z)
     if not z.size:
         raise ValueError("Argument `mean` must hold a number, but holds none.")
     return ZTest(z, z_threshold(z.size, level, freedom))
+
+
+def _real(name: str, x: Any) -> np.ndarray:
+    """Numbers whose imaginary part nobody compares, so that there must be none."""
+    check_real(name, np.asarray(x))
+    return np.asarray(x, float)
 
 
 def z_test_of(estimate: Any, truth: Any, level: float = LEVEL, truth_error: Any = 0.0) -> ZTest:
@@ -126,15 +141,15 @@ def chi_square(counts: Any, expected: Any) -> float:
     must be that of the counts. A bin that expects nothing and holds something is impossible: 0.
 
     Raises:
-        ValueError: if there are not equally many bins, the sums differ, one is not a number, or
-            nothing is counted.
+        ValueError: if there are not equally many bins, the sums differ, one is no number or
+            negative, or nothing is counted.
 
     Example:
         >>> from firstorder.checks import chi_square
         >>> chi_square([52, 48], [50, 50]) > 0.5, chi_square([80, 20], [50, 50]) < 1e-8
         (True, True)
     """
-    seen, wanted = np.asarray(counts, float).ravel(), np.asarray(expected, float).ravel()
+    seen, wanted = _real("counts", counts).ravel(), _real("expected", expected).ravel()
     if seen.size != wanted.size:
         raise ValueError(
             f"Arguments `counts` and `expected` must have equally many bins, "
@@ -147,6 +162,8 @@ def chi_square(counts: Any, expected: Any) -> float:
             f"Arguments `counts` and `expected` must have one sum, "
             f"but have {seen.sum():g} and {wanted.sum():g}."
         )
+    check_not_negative("counts", seen)
+    check_not_negative("expected", wanted)
     if np.any((wanted <= 0.0) & (seen > 0.0)):
         return 0.0
     seen, wanted = _pooled(seen, wanted)
@@ -181,22 +198,22 @@ def sampler_p_value(
 ) -> float:
     """Chi-square of samples in an interval against their own density, integrated bin by bin.
 
-    A density whose integral is not 1, or samples outside the interval, count as failures; so does
-    what is not a number.
+    A density whose integral is not 1 or that is negative, or samples outside the interval, count as
+    failures; so does what is not a number.
 
     Args:
         samples: drawn.
         density: what they claim to follow.
         low: start of the interval that holds all of them.
         high: its end.
-        bins: equal bins.
+        bins: equal bins, two at least.
         nodes: of the quadrature in each.
 
     Returns:
         The probability of a deviation so large by chance; 0 for a density of the wrong integral.
 
     Raises:
-        ValueError: for so few samples that no test of them can fail.
+        ValueError: for so few samples or bins that no test of them can fail.
 
     Example:
         >>> import numpy as np
@@ -207,7 +224,10 @@ def sampler_p_value(
         >>> sampler_p_value(x, lambda x: 2.0 * x, 0.0, 1.0) < 1e-6
         True
     """
-    x = np.asarray(samples, float).ravel()
+    x = _real("samples", samples).ravel()
+    check_count("bins", bins)
+    if bins < 2:
+        raise ValueError(f"Argument `bins` must be two at least, but is {bins}.")
     if x.size < 2 * EXPECTED:  # all bins would be one, which cannot differ
         raise ValueError(
             f"Argument `samples` must hold at least {2 * EXPECTED:g}, but holds {x.size}."
@@ -218,7 +238,8 @@ def sampler_p_value(
     half = 0.5 * (edges[1:] - edges[:-1])[:, None]
     at = 0.5 * (edges[1:] + edges[:-1])[:, None] + half * t
     share = np.sum(half * w * np.asarray(density(at), float), -1)
-    if not (abs(share.sum() - 1.0) <= 1e-3 and np.all((x >= low) & (x <= high))):
+    whole = abs(share.sum() - 1.0) <= 1e-3 and np.all(share >= 0.0)
+    if not (whole and np.all((x >= low) & (x <= high))):
         return 0.0
     return chi_square(np.histogram(x, edges)[0], x.size * share / share.sum())
 
@@ -244,12 +265,15 @@ class ErrorSlope:
 def error_slope(counts: Any, errors: Any) -> ErrorSlope:
     """Fits `errors ~ counts^slope` by least squares of logarithms.
 
+    Raises:
+        ValueError: if counts or errors are not positive, not equally many, or all counts are one.
+
     Example:
         >>> from firstorder.checks import error_slope
         >>> round(error_slope([1e2, 1e4, 1e6], [1e-1, 1e-2, 1e-3]).slope, 6)
         -0.5
     """
-    x, y = np.log(np.asarray(counts, float)), np.log(np.asarray(errors, float))
+    x, y = _logarithms(counts=counts, errors=errors)
     x0 = x - x.mean()
     slope = float(np.sum(x0 * y) / np.sum(x0**2))
     rest = y - y.mean() - slope * x0
@@ -279,5 +303,7 @@ def spread_test(measured: Any, predicted: Any, runs: int, level: float = LEVEL) 
     """
     if runs < 2:
         raise ValueError(f"Argument `runs` must be two at least, but is {runs}.")
-    off = np.log(np.asarray(measured, float) / np.asarray(predicted, float))
+    measured, predicted = _real("measured", measured), _real("predicted", predicted)
+    with np.errstate(divide="ignore", invalid="ignore"):  # what is not positive is not near
+        off = np.log(measured) - np.log(predicted)
     return z_test(off, 1.0 / np.sqrt(2.0 * (runs - 1.0)), 0.0, level)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
+
+from firstorder._argument_checks import check_positive, check_real, check_shape
 
 
 def _epsilon(dtype=None) -> float:
@@ -60,9 +64,40 @@ def fitted_order(sizes, errors) -> float:
         sizes: of steps, positive.
         errors: at each, positive.
 
+    Raises:
+        ValueError: if sizes or errors are not positive, not equally many, or all sizes are one.
+
     Example:
         >>> from firstorder.checks import fitted_order
         >>> round(fitted_order([0.1, 0.2, 0.4], [0.01, 0.04, 0.16]), 9)
         2.0
     """
-    return float(np.polyfit(np.log(np.asarray(sizes)), np.log(np.asarray(errors)), 1)[0])
+    return float(np.polyfit(*_logarithms(sizes=sizes, errors=errors), 1)[0])
+
+
+def _logarithms(**numbers: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Logarithms of two rows of positive numbers, between which a power law is fitted.
+
+    Args:
+        numbers: the two rows by their names.
+
+    Raises:
+        ValueError: if they are not positive, not equally many, or the first holds a single number.
+
+    Example:
+        >>> from firstorder.checks.tolerance import _logarithms
+        >>> [a.tolist() for a in _logarithms(sizes=[1.0, 1.0], errors=[1.0, 1.0])]
+        Traceback (most recent call last):
+            ...
+        ValueError: Argument `sizes` must hold two different numbers, but holds [1. 1.].
+    """
+    (name, x), (other, y) = numbers.items()
+    for key, a in numbers.items():
+        check_real(key, np.asarray(a))
+        check_positive(key, np.asarray(a, float))
+    x, y = np.atleast_1d(np.asarray(x, float)), np.asarray(y, float)
+    check_shape(name, x, (x.size,))
+    check_shape(other, y, x.shape)
+    if np.all(x == x[:1]):
+        raise ValueError(f"Argument `{name}` must hold two different numbers, but holds {x}.")
+    return np.log(x), np.log(y)

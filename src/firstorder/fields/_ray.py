@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_real, is_concrete, what
 from firstorder.conventions import Frame
 from firstorder.numerics._compiled import compiled
 from firstorder.typing import Ray, as_float
@@ -79,3 +82,45 @@ def stack(frame: Frame, coordinates: tuple, whose: str = "") -> Float[Array, "*b
             f"but are {', '.join(map(repr, coordinates))}."
         ) from None
     return jnp.stack(jnp.broadcast_arrays(*numbers), axis=-1)
+
+
+def plain_row(name: str) -> Callable[[Any], tuple[Any, ...]]:
+    """The converter of an attribute that is a tuple of Python's numbers, one for each coordinate.
+
+    A program is kept with the numbers that it was compiled for: of a list that is changed
+    afterwards it would go on with the old ones, and take others for them.
+
+    Args:
+        name: of the attribute, for errors.
+
+    Raises:
+        TypeError: by what it returns, if something is no row of numbers.
+        ValueError: by what it returns, if they are traced or complex.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.fields._ray import plain_row
+        >>> plain_row("step")(np.array([0.5, 1.0]))
+        (0.5, 1.0)
+    """
+
+    def convert(x: Any) -> tuple[Any, ...]:
+        if isinstance(x, (np.ndarray, jax.Array)) and x.ndim == 1:
+            x = tuple(x)
+        if not isinstance(x, (tuple, list)):
+            raise TypeError(
+                f"Argument `{name}` must hold a number for each coordinate, but is {what(x)}."
+            )
+        if not is_concrete(x):
+            raise ValueError(f"Argument `{name}` must hold numbers, but is traced.")
+        return tuple(_plain(name, number) for number in x)
+
+    return convert
+
+
+def _plain(name: str, x: Any) -> Any:
+    """One number, as Python has it."""
+    check_real(name, x)
+    if not isinstance(x, (int, float, np.generic, np.ndarray, jax.Array)) or np.ndim(x):
+        raise TypeError(f"Argument `{name}` must hold numbers, but holds {what(x)}.")
+    return np.asarray(x).item()

@@ -407,8 +407,8 @@ class Function(Field):
     frame: Frame = eqx.field(static=True, default=UNSTATED)
 
     def __check_init__(self):
-        """Refuse what cannot be called."""
-        if not callable(self.function):
+        """Refuse what cannot be called, and classes, which make something else."""
+        if not callable(self.function) or isinstance(self.function, type):
             raise TypeError(
                 f"Argument `function` must be a function of the coordinates, but is "
                 f"{what(self.function)}."

@@ -11,12 +11,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from firstorder._argument_checks import check_integer, check_positive, check_shape
+from firstorder._argument_checks import check_finite, check_integer, check_positive, check_shape
 from firstorder._display import Axes, Module, drawn, in_notebook_with_picture
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.errors import Refused
 from firstorder.fields._held import Held
-from firstorder.fields._ray import stack
+from firstorder.fields._ray import plain_row, stack
 from firstorder.fields.extent import Extent
 from firstorder.numerics._batching import batched
 from firstorder.numerics._refinement import Approximation, approximated, finer, refined
@@ -167,7 +167,9 @@ class Grid(Module):
         center: of the grid, the origin if left out [units of the coordinates].
 
     Raises:
-        ValueError: if a size or a step is not positive, or not each coordinate has its own.
+        ValueError: if a size or a step is not positive, not each coordinate has its own, or one is
+            traced: a grid is a part of programs, and says how large their arrays are.
+        TypeError: if one is no row of numbers.
 
     Example:
         >>> from firstorder.fields import Grid
@@ -175,17 +177,14 @@ class Grid(Module):
         [-0.75, -0.25, 0.25, 0.75]
     """
 
-    size: tuple[int, ...] = eqx.field(static=True)
-    step: tuple[float, ...] = eqx.field(static=True)
-    center: tuple[float, ...] = eqx.field(static=True, default=())
-
-    def __post_init__(self):
-        """Fill in the centre at the origin."""
-        if not self.center:
-            object.__setattr__(self, "center", (0.0,) * len(self.size))
+    size: tuple[int, ...] = eqx.field(static=True, converter=plain_row("size"))
+    step: tuple[float, ...] = eqx.field(static=True, converter=plain_row("step"))
+    center: tuple[float, ...] = eqx.field(static=True, default=(), converter=plain_row("center"))
 
     def __check_init__(self):
-        """Refuse empty grids and steps that are not positive."""
+        """Fill in the centre at the origin; refuse empty grids and steps that are not positive."""
+        if not self.center:
+            object.__setattr__(self, "center", (0.0,) * len(self.size))
         for count in self.size:
             check_integer("size", count)
         if not self.size or min(self.size) < 1:
@@ -196,6 +195,7 @@ class Grid(Module):
                 raise ValueError(f"Argument `{name}` must have {n} entries, but has {len(value)}.")
         for step in self.step:
             check_positive("step", step)
+        check_finite("center", self.center)
 
     @classmethod
     def spanning(cls, size: tuple[int, ...], half_width: tuple[float, ...], center=()) -> "Grid":

@@ -5,6 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from firstorder._argument_checks import what
+
+
+def _check_function(function: Any) -> None:
+    """Refuse what cannot be called, before any job."""
+    if not callable(function):
+        raise TypeError(f"Argument `function` must be a function, but is {what(function)}.")
+
 
 def run_jobs(
     function: Callable[[Any], Any], jobs: Sequence[Any], *, scheduler: str | None = None
@@ -28,6 +36,7 @@ def run_jobs(
         Number of the job, and what the function says of it.
 
     Raises:
+        TypeError: if `function` is none.
         ValueError: if no scheduler answers at the address, or a worker has another version or other
             settings of the compiler, or cannot read the function.
         ConnectionError: if the scheduler is lost for good, or a job ends all workers that try it.
@@ -38,6 +47,7 @@ def run_jobs(
         >>> dict(run_jobs(lambda side: side**2, [3, 4]))
         {0: 9, 1: 16}
     """
+    _check_function(function)
     if scheduler is not None:
         from firstorder.jobs._dask import results
 

@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from firstorder._argument_checks import check_count
 from firstorder._labelled import DataFrame
-from firstorder.jobs.running import run_jobs
+from firstorder.jobs.running import _check_function, run_jobs
 
 Table = dict[str, Shaped[np.ndarray, "rows ..."]]
 
@@ -49,9 +49,10 @@ def sweep(
         Columns by name, of shapes (rows, ...), in the order of the rows.
 
     Raises:
-        ValueError: if columns are of different lengths, hold no numbers or are none, or a result
-            has the name of a column; and as `run_jobs`.
-        TypeError: if the table has no names, or the function gives anything else, such as a tuple.
+        ValueError: if columns are of different lengths, hold no numbers, are none or have one name,
+            or a result has the name of a column; and as `run_jobs`.
+        TypeError: if the table has no names, the function is none, or gives anything else, such as
+            a tuple.
         ConnectionError: as in `run_jobs`.
         ModuleNotFoundError: for a scheduler, without the extra `cluster`.
 
@@ -67,7 +68,8 @@ def sweep(
             "Argument `table` must hold columns by name, but is a "
             f"{type(table).__name__}: write {{'x': [0.0, 1.0]}}."
         )
-    columns = {str(name): np.asarray(table[name]) for name in table}
+    _check_function(function)
+    columns = _columns(table)
     rows = _length(columns)
     batch = min(batch, rows)
     numbers = [np.arange(k, k + batch) % rows for k in range(0, rows, batch)]
@@ -87,6 +89,23 @@ def sweep(
     return columns | {
         name: np.concatenate([found[k][name] for k in range(len(jobs))])[:rows] for name in names
     }
+
+
+def _columns(table: Mapping[str, Any] | DataFrame) -> dict[str, np.ndarray]:
+    """Columns as arrays, by their names as text."""
+    columns: dict[str, np.ndarray] = {}
+    for name in table:
+        if str(name) in columns:
+            raise ValueError(
+                f"Argument `table` must hold each column once, but has two called {str(name)!r}."
+            )
+        try:
+            columns[str(name)] = np.asarray(table[name])
+        except ValueError:  # rows of several lengths
+            raise ValueError(
+                f"Argument `table` must hold arrays, but its column {name!r} is none."
+            ) from None
+    return columns
 
 
 def _length(columns: dict[str, np.ndarray]) -> int:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
+from firstorder._argument_checks import check_not_negative, check_positive, check_shape
 from firstorder._display import in_print
 
 Places = Float[np.ndarray, "n 2"]
@@ -286,6 +287,10 @@ def importance_product(
         What `by_density` wants in `more`. Cosines count as 1e-3 at least, so that a surface that is
         seen edge-on has a finite importance.
 
+    Raises:
+        ValueError: if shapes do not fit, a number is negative, or a lamp is at no distance. What is
+            NaN or infinite, as where nothing is seen, is not looked at.
+
     Example:
         >>> import numpy as np
         >>> from firstorder.reconstruction import importance_product
@@ -294,6 +299,16 @@ def importance_product(
         ...     np.ones(1)).tolist()
         [4.0]
     """
+    turning, share, band = (np.atleast_1d(a) for a in (turning, share, band))
+    distance, cosine, lamp = (np.atleast_1d(a) for a in (distance, cosine, lamp))
+    places = (distance.size,)
+    for name, a in (("distance", distance), ("cosine", cosine), ("lamp", lamp)):
+        check_shape(name, a, places)
+    for name, a in (("turning", turning), ("share", share), ("band", band)):
+        check_shape(name, a, (*places, turning.shape[-1]))
+        check_not_negative(name, _finite(a))
+    check_not_negative("distance", _finite(distance))
+    check_positive("lamp", _finite(lamp))
     speed = np.sum(share * band * (turning + 1.0 / lamp[:, None]), -1)
     return distance * speed / np.maximum(cosine, 1e-3)
 
@@ -325,6 +340,11 @@ def is_far_light(CDV: Numbers, SV: Numbers, threshold: float) -> Bool[np.ndarray
     if not threshold >= 1.0:
         raise ValueError(f"Argument `threshold` must be at least 1, but is {threshold}.")
     return threshold * SV < CDV
+
+
+def _finite(a: np.ndarray) -> np.ndarray:
+    """Numbers to be looked at: 1 in place of what is NaN or infinite."""
+    return np.where(np.isfinite(a), a, 1.0)
 
 
 def _norm(g: Float[np.ndarray, "n 2"]) -> Numbers:

@@ -14,11 +14,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import (
+    check_broadcast,
     check_integer,
     check_kind,
     check_not_negative,
     check_real,
     check_real_attributes,
+    check_zero_or_one,
 )
 from firstorder._display import Module
 from firstorder.numerics._scale import power_of_two
@@ -73,6 +75,9 @@ class Moments(Module):
         mean: theirs.
         square: sum of squared deviations from it.
 
+    Raises:
+        ValueError: if `count` is negative, or a number complex.
+
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.sampling import Moments
@@ -81,9 +86,14 @@ class Moments(Module):
         (2.0, 1.0)
     """
 
-    count: Float[Array, "*n"]
-    mean: Float[Array, "*n"]
-    square: Float[Array, "*n"]
+    count: Float[Array, "*n"] = eqx.field(converter=as_float)
+    mean: Float[Array, "*n"] = eqx.field(converter=as_float)
+    square: Float[Array, "*n"] = eqx.field(converter=as_float)
+
+    def __check_init__(self):
+        """Refuse a negative count, and complex numbers."""
+        check_real_attributes(self)
+        check_not_negative("count", self.count)
 
     @staticmethod
     def none(shape: tuple[int, ...] = (), dtype=None) -> Moments:
@@ -92,7 +102,14 @@ class Moments(Module):
         return Moments(zero, zero, zero)
 
     def add(self, value: ArrayLike, weight: ArrayLike = 1.0) -> Moments:
-        """Moments with one more sample (Welford); weight 0 leaves it out, 1 takes it."""
+        """Moments with one more sample (Welford); weight 0 leaves it out, 1 takes it.
+
+        Raises:
+            ValueError: if the sample is complex or of another shape, or the weight is neither.
+        """
+        check_real("value", value)
+        check_broadcast("value", value, self.mean.shape)
+        check_zero_or_one("weight", weight)
         value = jnp.asarray(value, self.mean.dtype)
         weight = jnp.asarray(weight, self.mean.dtype)
         value = jnp.where(weight == 0.0, self.mean, value)  # zero times infinity would be NaN

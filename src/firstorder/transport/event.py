@@ -238,8 +238,17 @@ class Path(Module):
         """
         return tuple(self._walk(Wavelet.of(self.source, grid)))
 
-    def jets(self, u: Ray) -> tuple[Jet, ...]:
-        """Jet of every step at the same coordinates `u`, those of that step."""
+    def jets(self, u: Ray, *others: Any) -> tuple[Jet, ...]:
+        """Jet of every step at the same coordinates `u`, those of that step.
+
+        Raises:
+            TypeError: for coordinates one by one, of which a field makes many rays.
+        """
+        if others:
+            raise TypeError(
+                "Argument `u` of Path.jets must be one ray, but is its coordinates one by one: "
+                "write jets([x, v])."
+            )
         return tuple(f.jet(u) for f in self.steps)
 
     def plot(

@@ -274,3 +274,21 @@ def test_samples_are_as_many_places_as_values():
         reconstruct_irradiance(k, even, np.zeros(1), (x, x, np.ones(2)))
     with pytest.raises(ValueError, match=r"^Argument `cell` must be positive, but is -1.0"):
         reconstruct_irradiance(k, even, np.zeros(1), (x, x, x), -1.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"width": -2.0}, "`width` must not be negative, but is -2.0"),
+        ({"shear": np.nan}, "`shear` must be finite, but is nan"),
+        ({"Omega_y_max": 0.0}, "`Omega_y_max` must be positive, but is 0.0"),
+        ({"Omega_pix": -8.0}, "`Omega_pix` must be positive, but is -8.0"),
+        ({"margin": -1.0}, "`margin` must not be negative, but is -1.0"),
+        ({"width": 2j}, "`width` must be real"),
+        ({"shear": np.ones(2)}, "`shear` must be one number"),
+    ],
+)
+def test_a_filter_is_made_of_numbers_that_make_one(given, words):
+    right = dict(width=2.0, shear=0.5, Omega_y_max=4.0, Omega_pix=8.0)
+    with pytest.raises((ValueError, TypeError), match=f"^Argument {words}|type hint"):
+        filters.RayFilter(**right | given)

@@ -153,3 +153,13 @@ def test_a_wedge_has_three_corners():
     for ask in (receiver_rate, light_rate, sampling_rates):
         with pytest.raises((ValueError, TypeError), match=words):
             ask(k, wrong)
+
+
+@pytest.mark.parametrize("wrong", [-1.0, np.nan, np.inf])
+def test_rates_are_not_negative(wrong):
+    with pytest.raises(ValueError, match=r"^Argument `y` must not be negative, but is"):
+        SamplingRates(1.0, wrong)
+    with pytest.raises((ValueError, TypeError), match=r"`x` must be real|type hint"):
+        SamplingRates(1j, 1.0)
+    with pytest.raises((ValueError, TypeError), match=r"`x` must be one number|type hint"):
+        SamplingRates(np.ones(2), 1.0)

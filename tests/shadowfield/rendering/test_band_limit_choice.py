@@ -176,9 +176,10 @@ def test_receivers_that_no_lamp_can_light_are_nan_and_alone():
 
 def test_limits_must_double():
     table = trace_shadow_rays(LAMP, floor(2), 1, cards())[0]
-    limits, where = np.array([1.0, 3.0]), (np.arange(4), 2)
-    with pytest.raises(ValueError, match="each twice the one before"):
-        band_limit_sweep(LAMP, table, floor(2), limits, PIXEL, np.zeros(4), where)
+    where = np.arange(4), 2
+    for limits in (np.array([1.0, 3.0]), np.array([1e-9, 3e-9])):  # in any unit
+        with pytest.raises(ValueError, match="each twice the one before"):
+            band_limit_sweep(LAMP, table, floor(2), limits, PIXEL, np.zeros(4), where)
 
 
 IMAGES = {
@@ -206,6 +207,14 @@ def test_an_image_holds_each_receiver(name):
     rungs = band_limit_sweep(LAMP, table, floor(2), limits, PIXEL, np.zeros(4), (np.arange(4), 2))
     with pytest.raises((ValueError, TypeError), match=words):
         select_band_limits(rungs, image)
+
+
+@pytest.mark.parametrize("rays", [0.0, -4.0, np.nan])
+def test_a_fallback_is_made_of_rays(rays):
+    table = trace_shadow_rays(LAMP, floor(2), 1, cards())[0]
+    given = np.array([1.0, 2.0]), PIXEL, np.zeros(4), (np.arange(4), 2)
+    with pytest.raises(ValueError, match="`own_rays` must be positive"):
+        band_limit_sweep(LAMP, table, floor(2), *given, own_rays=rays)
 
 
 def test_a_fault_is_noticed(monkeypatch):

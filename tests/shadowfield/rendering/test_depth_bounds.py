@@ -172,6 +172,17 @@ def test_smoothed_bounds_of_images_with_holes():
     assert np.isnan(high[5, 5])
 
 
+@pytest.mark.smoke
+@pytest.mark.parametrize(("near", "far", "words"), [
+    (np.ones(9), np.ones(9), r"`near` must be an image, but has shape \(9,\)"),
+    (np.ones((3, 3)), np.ones((3, 4)), r"`far` must have shape \(3, 3\)"),
+])  # fmt: skip
+def test_depths_are_smoothed_over_images(near, far, words):
+    """Receivers in a row would be smoothed across the image's border."""
+    with pytest.raises((TypeError, ValueError), match=f"^Argument {words}|type hint"):
+        smooth_depths(near, far, 1)
+
+
 def test_smooth_depths_look_as_far_to_either_side():
     near, far = np.full((11, 13), np.inf), np.full((11, 13), -np.inf)
     near[5, 6], far[5, 6] = 0.5, 0.75

@@ -321,6 +321,27 @@ def test_bad_surfaces_are_refused(change, words):
         glossy_surface(**({"normal": np.ones((1, 3)), "to_eye": np.ones((1, 3))} | change))
 
 
+def test_a_lobe_without_exponent_ends_at_the_horizon_of_the_mirrored_eye():
+    """As one with hardly any; the power 0^0 brought light from behind that horizon."""
+    lamp = lamp_frame((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
+    here, up, eye = np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.array([[-1.0, 0.0, 0.05]])
+    flat, nearly = (
+        cell_light(lamp, here, glossy_surface(up, eye, specular=1.0, exponent=e), 4)
+        for e in (0.0, 1e-9)
+    )
+    np.testing.assert_allclose(flat, nearly, rtol=1e-6)
+    assert flat.min() < 0.1 * flat.max()
+
+
+def test_a_surface_belongs_to_its_receivers():
+    table = trace_shadow_rays(LAMP, POINTS, 1, cards())[0]
+    other, none = surface(POINTS[:1]), np.zeros(len(POINTS))
+    with pytest.raises((TypeError, ValueError), match=r"`surface` must have shape|type hint"):
+        sheared_reflection(LAMP, table, POINTS, other, 1.0, PIXEL, none)
+    with pytest.raises(TypeError, match=r"`surface` must be a surface of `glossy_s|type hint"):
+        sheared_reflection(LAMP, table, POINTS, (POINTS, POINTS), 1.0, PIXEL, none)
+
+
 def test_bad_input_is_refused():
     s = surface(POINTS)
     with pytest.raises(ValueError, match="`cells` must be a positive integer"):

@@ -147,6 +147,28 @@ def test_a_lamp_is_somewhere_in_space(center):
         lamp_frame(center, (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
 
 
+WRONG_BLOCKERS = {
+    "one array": (lambda a, b: np.full(len(a), 0.5), "must give two arrays"),
+    "another length": (lambda a, b: (np.ones(1), np.ones(1)), r"must have shape \(1200,\)"),
+    "no numbers": (lambda a, b: (np.full(len(a), np.nan),) * 2, "does not for 1200 of 1200 rays"),
+    "last and first": (lambda a, b: layers()(a, b)[::-1], "does not for 1200 of 1200 rays"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_BLOCKERS)
+def test_blockers_give_two_shares_for_each_ray(name):
+    """Of what is none of these every ray would be hidden."""
+    blockers, words = WRONG_BLOCKERS[name]
+    with pytest.raises((TypeError, ValueError), match=rf"^Argument `blockers` .*{words}|type hint"):
+        trace_shadow_rays(LAMP, FLOOR, 3, blockers)
+
+
+def test_rays_for_each_receiver_are_a_whole_number():
+    with pytest.raises(ValueError, match=r"^Argument `rays` must be an integer, but is 2\.5\."):
+        trace_shadow_rays(LAMP, FLOOR, 2.5, layers())
+    assert len(trace_shadow_rays(LAMP, FLOOR, 2.0, layers())[0].y) == 800
+
+
 def test_receivers_are_rows_of_three_coordinates():
     lamp = lamp_frame((0, 0, 2), (0, 0.5, 0), (0.5, 0, 0))
     either, words = (ValueError, TypeError), r"`receivers` must have shape \(m, 3\)|type hint"

@@ -9,7 +9,7 @@ from firstorder.shadowfield.rendering import sheared_filter as space
 from firstorder.shadowfield.rendering.ray_table import trace_shadow_rays
 from firstorder.shadowfield.rendering.sample_counts import distribute_rays, rays_per_pixel
 from firstorder.shadowfield.rendering.sheared_filter import sheared_shadow
-from tests.shadowfield.cards import FENCE, LAMP, PIXEL, cards, fence_light, floor
+from tests.shadowfield.cards import EDGE, FENCE, LAMP, PIXEL, cards, fence_light, floor
 
 
 def test_what_is_wanted_is_the_product_of_both_rates():
@@ -72,12 +72,38 @@ def test_a_fault_is_noticed(monkeypatch):
     [
         ((1.0, np.nan), "`share` must not be negative, but is nan"),
         ((1.0, -1.0, 2.0), "`share` must not be negative, but is -1.0"),
-        ((), "`share` must hold at least one number"),
+        ((), r"`share` must hold a number for each pixel, but has shape \(0,\)"),
+        (((1.0, 2.0),), r"`share` must hold a number for each pixel, but has shape \(1, 2\)"),
     ],
 )
 def test_shares_are_numbers_that_add_up(share, words):
-    with pytest.raises(ValueError, match=words):
+    with pytest.raises((ValueError, TypeError), match=f"{words}|violates type hint"):
         distribute_rays(np.array(share, float), 12)
+
+
+def test_weights_have_no_unit():
+    """Squares of small ones are zero in single precision, and a place without weight is lit."""
+    table, _ = trace_shadow_rays(LAMP, floor(), 4, cards(EDGE))
+    rest = table, floor(), 1.5, PIXEL, np.full(len(floor()), np.nan)
+    bounds = np.full(len(floor()), 1.0), np.full(len(floor()), 1.2)
+    some = np.where(np.arange(len(table.y)) % 3, 1.0, 0.5)
+    found = [
+        sheared_shadow(LAMP, *rest, bounds=bounds, weights=unit * some) for unit in (1, 1e-30, 1e30)
+    ]
+    assert np.min(found[0].visible) < 0.5
+    for other in found[1:]:
+        np.testing.assert_allclose(other, found[0], rtol=1e-5)
+
+
+@pytest.mark.smoke
+def test_shares_and_depths_may_be_lists():
+    """Without the import hook, by which an annotation says that a list is no array."""
+    try:
+        assert distribute_rays([0.0, 1.0, 1.0], 12).tolist() == [1, 6, 5]
+        found = rays_per_pixel([1.0, 1.0], [0.3, np.inf], [0.6, -np.inf], 2.0, 0.01, [0.5, 0.5])
+        assert found[0] > found[1] == 0.0
+    except TypeError as error:
+        assert "violates type hint" in str(error)  # noqa: PT017
 
 
 def rounded(share, total=7, runs=4000):
@@ -104,6 +130,9 @@ def test_shares_of_a_ray_are_rounded_evenly():
         ({"far": np.array([0.0])}, "`far` must be positive"),
         ({"half": np.array([0.5, -0.5])}, "`half` must not be negative"),
         ({"margin": np.nan}, "`margin` must not be negative"),
+        ({"near": np.array([np.nan])}, "`near` must be positive, but is nan"),
+        ({"near": np.array([0.3, 0.4])}, r"`d1` must broadcast|`far` must have shape \(2,\)"),
+        ({"half": np.ones(3)}, r"`half` must have shape \(2,\)"),
     ],
 )
 def test_rays_are_counted_for_blockers_between_lamp_and_receiver(given, words):

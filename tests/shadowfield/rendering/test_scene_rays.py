@@ -71,6 +71,15 @@ def test_none_and_wrong_numbers():
     assert own_visibility(scene, LAMP, np.zeros((0, 3)), np.zeros(0, int), 4).shape == (0,)
     with pytest.raises(ValueError, match="strata"):
         own_visibility(scene, LAMP, np.zeros((1, 3)), np.zeros(1, int), 0)
+    either = (ValueError, TypeError)
+    with pytest.raises(either, match=r"`on` must be the number of a shape, 0 to 0, but is 7\."):
+        own_visibility(scene, LAMP, np.zeros((2, 3)), np.array([-1, 7]), 2)
+    with pytest.raises(either, match=r"`on` must have shape \(2,\)|type hint"):
+        own_visibility(scene, LAMP, np.zeros((2, 3)), np.zeros(3, int), 2)
+    with pytest.raises(either, match=r"`on` must be a shape's number, an integer|type hint"):
+        own_visibility(scene, LAMP, np.zeros((1, 3)), np.zeros(1), 2)
+    with pytest.raises(either, match="`on` must be the number of a shape, 0 to 0, but is 1"):
+        scene_blockers(scene, on=1)
 
 
 def test_own_rays_come_evenly(monkeypatch):

@@ -370,6 +370,14 @@ BAD = {
     "cells": (dict(cells=0), "`cells` must be a positive integer, but is 0"),
     "fallback": (dict(fallback=np.zeros(3)), r"`fallback` must have shape \(\d+,\), but has \(3,"),
     "few weights": (dict(weights=np.ones(3)), r"`weights` must have shape \(\d+,\), but has \(3,"),
+    "bounds of nothing": (
+        dict(bounds=(np.full(len(floor()), np.nan),) * 2),
+        "`bounds` must hold the first and the last depth, .*, but holds nan and nan",
+    ),
+    "bounds out of order": (
+        dict(bounds=(np.full(len(floor()), 0.6), np.full(len(floor()), 0.5))),
+        "`bounds` must hold the first and the last depth, .*, but holds 0.6 and 0.5",
+    ),
     "dark": (dict(falloff=lambda y: np.zeros(len(y))), "`falloff` must be positive somewhere"),
 }
 

@@ -16,6 +16,7 @@ from firstorder.space import (
     plane,
     primitive,
     receiver,
+    rectangle,
     sphere,
     triangle,
 )
@@ -29,6 +30,7 @@ from firstorder.space.azimuthal.transport import (
 from firstorder.space.receiver import Receiver
 from tests.space import hemispheres
 
+Y, Z = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 BOUND = 1e-11  # of the issue, with 64 nodes
 HIDDEN = ((0.0, 0.0, -50.0), 1.0)  # a ball below the horizon
 
@@ -268,6 +270,19 @@ def beside_a_plane():
     return jax.jit(found)
 
 
+@pytest.mark.parametrize("on", [-1, 0])
+def test_a_plane_through_the_receiver_hides_nothing_as_along_contours(on):
+    """Whatever the receiver's normal, as under a bump; it is what a wide rectangle does."""
+    walls = plane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), rectangle(np.zeros(3), 9 * Y, 9 * Z)
+    for n in ((0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (-1.0, 0.0, 1.0)):
+        at = Receiver.at((0.0, 0.0, 0.0), n, on=on)
+        for wall in walls:
+            scene = Scene.of(primitive(wall))
+            np.testing.assert_allclose(visibility_by_azimuth(scene, at).value, 2.0 * np.pi)
+            np.testing.assert_allclose(irradiance_by_azimuth(scene, at).value, np.pi)
+            np.testing.assert_allclose(net_visibility(scene, at), 2.0 * np.pi)
+
+
 def test_by_azimuth_and_along_contours():
     """Two balls that overlap and a box: neither route shares more than the silhouettes."""
     (c, r), (d, s) = PAIRS[0]
@@ -315,6 +330,49 @@ def test_any_transport_on_a_curved_receiver():
     np.testing.assert_allclose(B.gradient.total, slope, atol=1e-9)
     assert np.min(np.abs(B.gradient.interior)) > 1e-2
     assert np.min(np.abs(B.gradient.boundary)) > 1e-2
+
+
+NOWHERE = {
+    "a negative radius": lambda x: (sphere((0.0, 0.0, 2.0), x - 0.5), receiver((0.0, 0.0, 0.0))),
+    "a centre": lambda x: (sphere(jnp.stack([1.0 / (x - 0.2), 0.0, 3.0]), 1.0),
+                           receiver((0.0, 0.0, 0.0))),
+    "a place": lambda x: (sphere((0.0, 0.0, 2.0), 1.0),
+                          Receiver.at(jnp.stack([jnp.log(x - 0.3), 0.0, 0.0]))),
+    "a normal": lambda x: (sphere((0.0, 0.0, 2.0), 1.0),
+                           Receiver.at((0.0, 0.0, 0.0), jnp.stack([0.0, 0.0, x - 0.2]))),
+    "a bend": lambda x: (sphere((0.0, 0.0, 2.0), 1.0),
+                         receiver((0.0, 0.0, 0.0), S=jnp.log(x - 0.3) * np.eye(2))),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NOWHERE)
+def test_traced_numbers_that_are_none_hide_nothing_and_are_nan(name):
+    """Slices do not meet what is nowhere, and an open sky looks like an answer."""
+
+    @jax.jit
+    def found(x):
+        shape, at = NOWHERE[name](x)
+        return irradiance_by_azimuth(Scene.of(primitive(shape)), at)
+
+    assert np.all(np.isnan(jax.tree.leaves(found(0.2))[0]))
+    assert np.all(np.isfinite(found(0.9).value))
+
+
+WRONG_LIGHT = {
+    "a number": (1.0, "must be a function of a receiver and a direction, but is none"),
+    "a vector": (lambda at, w: w, r"must be one number, but has shape \(3,\)"),
+    "a complex number": (lambda at, w: 1j * w[2], "must be real, but is complex"),
+}
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("name", WRONG_LIGHT)
+def test_light_is_a_real_number_of_a_direction(name):
+    transport, words = WRONG_LIGHT[name]
+    with pytest.raises((TypeError, ValueError), match=f"`transport` {words}|type hint"):
+        transport_by_azimuth(
+            ovals(np.eye(3) + 3.0, [np.eye(3)] * 2), receiver((0.0, 0.0, 0.0)), transport=transport
+        )
 
 
 def test_a_count_of_nothing_is_refused():

@@ -412,3 +412,17 @@ def test_cells_go_with_the_receivers():
     cells = hemisphere_strata(2, 4, jax.random.key(0), shape=(2,))
     with pytest.raises(ValueError, match=r"`where` must have no leading axes or those of the rec"):
         trace_strata(j12_box(), receiver(np.full((3, 3), 0.5)), where=cells)
+
+
+@pytest.mark.smoke
+def test_what_is_no_light_no_cells_and_no_samples_is_one_sentence():
+    scene = Scene.of(primitive(rectangle((0, 0, 1), (0, 0.5, 0), (0.5, 0, 0)), emission=1.0))
+    at, cells = receiver((0.0, 0.0, 0.0)), hemisphere_strata(2, 4)
+    for ask, words in (
+        (lambda: trace_strata(scene, at, where=(2, 4)), "`where` must be cells of `hemisphere_st"),
+        (lambda: trace_strata(scene, at, where=cells, radiance=1.0), "`radiance` must be a functi"),
+        (lambda: stratified_estimate(cells), "`samples` must be samples of `trace_strata`, but"),
+        (lambda: surface_area_estimate(cells), "`samples` must be samples of `trace_strata`, but"),
+    ):
+        with pytest.raises(TypeError, match=f"^Argument {words}|violates type hint"):
+            ask()

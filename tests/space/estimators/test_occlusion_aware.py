@@ -167,6 +167,17 @@ BAD = {
     "no distance": (dict(distances=np.zeros(16)), "`distances` must be positive, but is 0.0"),
     "another net": (dict(triangles=np.array([[0, 1, 99]])), "`triangles` must name 16 rays and"),
     "other neighbours": (dict(neighbours=np.zeros((9, 4), int)), "`neighbours` must have shape"),
+    "from the end": (dict(triangles=np.array([[0, 1, -5]])), "`triangles` must name 16 rays and"),
+    "a column each": (dict(triangles=np.zeros((3, 42), int)), "`triangles` must have shape (3, 3)"),
+    "halves": (
+        dict(triangles=np.full((1, 3), 0.5)),
+        "`triangles` must name 16 rays and their feet",
+    ),
+    "no neighbours": (dict(neighbours=np.full((16, 1), 16)), "`neighbours` must name 16 rays, but"),
+    "below": (dict(directions=-hemisphere_triangulation(16).directions), "`directions` must hold"),
+    "long": (dict(directions=2 * hemisphere_triangulation(16).directions), "`directions` must"),
+    "no step": (dict(step=np.nan), "`step` must lie in (0, 1), but is nan"),
+    "complex": (dict(radiance=1j * np.ones(16)), "`radiance` must be real"),
 }
 
 
@@ -178,3 +189,18 @@ def test_rays_of_another_net_are_refused(name):
     right = dict(radiance=one, directions=net.directions, distances=one, triangles=net.triangles)
     with pytest.raises(ValueError, match=f"^Argument {re.escape(words)}"):
         occlusion_aware_estimate(**(right | given))
+
+
+@pytest.mark.parametrize("wrong", [-2.0, 0.0, np.nan])
+def test_a_traced_distance_that_is_none_is_nan(wrong):
+    """It gave the light of an open sky."""
+    net = hemisphere_triangulation(64)
+
+    @jax.jit
+    def found(r):
+        distances = jnp.where(jnp.arange(64) == 20, r, 1.0)
+        rest = net.triangles, net.neighbours
+        return occlusion_aware_estimate(jnp.ones(64), net.directions, distances, *rest)
+
+    assert np.all(np.isnan(found(wrong)[1]))
+    assert np.all(np.isfinite(found(np.inf)[1]))

@@ -87,12 +87,38 @@ def test_bad_input_is_one_sentence():
         hemisphere_strata(np.array([0.1, 1.0]), 4)
     with pytest.raises(ValueError, match="must ascend over 2 pi"):
         hemisphere_strata(4, np.array([0.0, 1.0, 0.5]))
+    with pytest.raises((ValueError, TypeError), match=r"`theta` must ascend from 0|type hint"):
+        hemisphere_strata(np.array([[0.0], [0.5 * np.pi]]), 4)
+    with pytest.raises((ValueError, TypeError), match=r"`theta` must be real|type hint"):
+        hemisphere_strata(np.array([0.0, 0.5 + 1j, 0.5 * np.pi]), 4)
+    with pytest.raises(TypeError, match=r"`key` must be a key of random numbers|type hint"):
+        hemisphere_strata(4, 4, 0)
     with pytest.raises(ValueError, match="`measure` must be one of"):
         hemisphere_strata(4, 4, measure="area")
     with pytest.raises(
         ValueError, match=r"^Argument `shape` must be a positive integer, but is -1"
     ):
         hemisphere_strata(4, 4, shape=-1)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ((np.array([0.0, 1.0, 0.5 * np.pi]), 4), (np.array([0.0, 2.0, 0.5 * np.pi]), 4)),
+        ((4, np.array([0.0, 1.0, 2.0 * np.pi])), (4, np.array([0.0, 7.0, 2.0 * np.pi]))),
+        ((4, np.array([0.0, 1.0, 2.0 * np.pi])), (4, np.array([0.0, 1.0, 2.0]))),
+    ],
+)
+def test_traced_borders_that_do_not_ascend_are_nan(right, wrong):
+    """Their weights were negative, and the sum of a white sky about what it should be."""
+
+    def weights(theta, phi):
+        return hemisphere_strata(theta, phi).weights
+
+    static = [k for k in (0, 1) if isinstance(right[k], int)]
+    compiled = jax.jit(weights, static_argnums=static)
+    np.testing.assert_allclose(compiled(*right), weights(*right), rtol=1e-12)
+    assert np.all(np.isnan(compiled(*wrong)))
 
 
 def test_one_leading_axis_may_be_a_number():

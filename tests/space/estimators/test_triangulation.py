@@ -63,6 +63,11 @@ def test_neighbours_are_near_and_each_of_them_once():
         assert np.abs(w[others] - w[i]).max() < 1.0
 
 
+def test_a_seed_is_no_key():
+    with pytest.raises(TypeError, match=r"`key` must be a key of random numbers|type hint"):
+        hemisphere_triangulation(9, 0)  # pyright: ignore[reportArgumentType]
+
+
 def test_too_few_rays_are_refused():
     with pytest.raises(ValueError, match="`rays` must be at least 4"):
         hemisphere_triangulation(3)

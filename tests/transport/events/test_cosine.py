@@ -115,3 +115,10 @@ def test_slopes_are_refused():
 def test_cosine_runs_without_windows_and_on_the_horizon():
     jet = Cosine()(gaussian((0.0, 0.0), (1.0, 1.0))).jet(jnp.array([0.0, 0.5 * np.pi]))
     assert np.all(np.isfinite(jet.hessian))
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("axis", [1j, None, ("theta",)])
+def test_an_axis_is_a_name(axis):
+    with pytest.raises(TypeError, match=r"`axis` must be the name of an angle, but is|type hint"):
+        Cosine(axis=axis)

@@ -14,7 +14,9 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder._argument_checks import (
+    check_finite,
     check_not_negative,
+    check_one,
     check_positive,
     check_shape,
     is_concrete,
@@ -41,6 +43,9 @@ class RayFilter(Module):
         margin: width of the soft edge on either side of `width`: all of `width` passes, what is
             farther outside than twice the margin does not; 0 for a sharp edge [cycles/m].
 
+    Raises:
+        ValueError: if one is not one real number, a band limit not positive, or a width negative.
+
     Reference: E11 §4, eq. 10 for the shear.
 
     Example:
@@ -54,6 +59,16 @@ class RayFilter(Module):
     Omega_y_max: Scalar = eqx.field(converter=as_float)
     Omega_pix: Scalar = eqx.field(converter=as_float)
     margin: Scalar = eqx.field(converter=as_float, default=0.0)
+
+    def __check_init__(self):
+        """Refuse what is no filter."""
+        for name, x in vars(self).items():
+            check_one(name, x)
+        check_finite("shear", self.shear)
+        for name in ("Omega_y_max", "Omega_pix"):
+            check_positive(name, getattr(self, name))
+        for name in ("width", "margin"):
+            check_not_negative(name, getattr(self, name))
 
     @property
     def frequency_matrix(self) -> Float[Array, "2 2"]:

@@ -15,7 +15,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_count, check_positive, check_shape, nan_unless
+from firstorder._argument_checks import (
+    check_count,
+    check_not_negative,
+    check_one,
+    check_positive,
+    check_shape,
+    nan_unless,
+)
 from firstorder._display import Module
 from firstorder.shadowfield.plane.filters import RayFilter, _check_beyond
 from firstorder.shadowfield.plane.spectra import Wedge
@@ -29,6 +36,9 @@ class SamplingRates(Module):
         x: [1/m].
         y: [1/m].
 
+    Raises:
+        ValueError: if one is not one real number, or negative.
+
     Example:
         >>> from firstorder.shadowfield import SamplingRates
         >>> SamplingRates(6.0, 4.0).x.item()
@@ -37,6 +47,12 @@ class SamplingRates(Module):
 
     x: Scalar = eqx.field(converter=as_float)
     y: Scalar = eqx.field(converter=as_float)
+
+    def __check_init__(self):
+        """Refuse what are no two rates."""
+        for name, rate in vars(self).items():
+            check_one(name, rate)
+            check_not_negative(name, rate)
 
 
 def wedge_corners(d1, d2_min, d2_max, Omega_g) -> Float[Array, "3 2"]:

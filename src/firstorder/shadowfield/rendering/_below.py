@@ -9,7 +9,7 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from firstorder.shadowfield.rendering.lamp import LampFrame, below
+from firstorder.shadowfield.rendering.lamp import LampFrame, _receiver_rows, below
 
 Answer = TypeVar("Answer")
 
@@ -30,6 +30,7 @@ def where_below(
         answer: arrays, in tuples or not, with a number for each receiver along their last axis.
         each: what it wants besides: arrays of m, in tuples or not, or None.
     """
+    receivers = _receiver_rows(receivers)
     some = below(lamp, receivers)
     if np.all(some):
         return answer(receivers, *each)

@@ -23,6 +23,7 @@ from jaxtyping import Float
 from firstorder._argument_checks import (
     check_count,
     check_finite,
+    check_kind,
     check_not_negative,
     check_positive,
     check_shape,
@@ -31,9 +32,9 @@ from firstorder._display import in_print
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._filter_shape import filter_shape, or_lit, own_share
 from firstorder.shadowfield.rendering._weighted_sums import gather
-from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
-from firstorder.shadowfield.rendering.lamp import LampFrame
-from firstorder.shadowfield.rendering.ray_table import Plane, RayTable
+from firstorder.shadowfield.rendering.depth_bounds import _check_each, _known_depths
+from firstorder.shadowfield.rendering.lamp import LampFrame, _receiver_rows
+from firstorder.shadowfield.rendering.ray_table import Plane, RayTable, _check_rays
 
 AT_ONCE = 1 << 20  # receivers times nodes
 
@@ -207,7 +208,8 @@ def integrand(
         square = (first**2 + p[:, 2:] ** 2)[:, :, None] + (second**2)[:, None]
         depth = np.maximum(p[:, 2], 0.0)[:, None, None]
         albedo, specular, e = (a[some, None, None] for a in surface[2:])
-        lobe = (along(mirrored[some]) / np.sqrt(square)) ** e
+        across = along(mirrored[some]) / np.sqrt(square)
+        lobe = np.where(across > 0.0, across**e, 0.0)  # 0^0 would be light from behind
         rho = albedo / np.pi + specular * (e + 2.0) / (2.0 * np.pi) * lobe
         value = along(normal[some]) * depth / square**2 * rho
         yield Integrand(value.reshape(-1, *shape), light)
@@ -256,12 +258,12 @@ def cell_visibility(
 
     def answer(points, bounds) -> CellVisibility:
         local = lamp.local(points)
-        near, far = blocker_depths(lamp, table, points, pixel) if bounds is None else bounds
+        near, far = _known_depths(lamp, table, points, pixel, bounds)
         shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
         sums = gather(lamp, table, local, shape.sigma, shape.shear, cells)
         return CellVisibility(or_lit(sums.seen, sums).T, sums.samples, own_share(sums, near, shape))
 
-    found = where_below(lamp, np.asarray(receivers, float), answer, bounds)
+    found = where_below(lamp, receivers, answer, bounds)
     return found._replace(cells=found.cells.T)
 
 
@@ -317,6 +319,7 @@ def sheared_reflection(
     E11 §7 foresees.
 
     Raises:
+        TypeError: if lamp, table or surface are none.
         ValueError: if shapes do not fit, or a number that must be positive is not.
 
     Reference: E11 §7; the cells are ours.
@@ -338,7 +341,11 @@ def sheared_reflection(
         >>> (found.radiance / found.unshadowed).round(3).tolist()
         [0.5]
     """
-    check_shape("fallback", np.asarray(fallback), (len(receivers),))
+    _check_rays(lamp, table)
+    check_kind("surface", surface, GlossySurface, "a surface of `glossy_surface`")
+    at = _receiver_rows(receivers)
+    check_shape("surface", surface.normal, at.shape)
+    _check_each(len(at), fallback, bounds)
 
     def answer(points, surface, fallback, bounds) -> ShearedReflection:
         light = cell_light(lamp, points, surface, cells, falloff, nodes)
@@ -347,5 +354,4 @@ def sheared_reflection(
         radiance = (1.0 - seen.own) * np.sum(light * seen.cells, 1) + seen.own * known
         return ShearedReflection(radiance, np.sum(light, 1), seen.samples, seen.own)
 
-    at = np.asarray(receivers, float)
     return where_below(lamp, at, answer, surface, np.asarray(fallback), bounds)

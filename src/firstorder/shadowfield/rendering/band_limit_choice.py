@@ -48,9 +48,9 @@ from firstorder.shadowfield.rendering._filter_shape import (
     own_share,
 )
 from firstorder.shadowfield.rendering._weighted_sums import Sums, gather
-from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
-from firstorder.shadowfield.rendering.lamp import LampFrame
-from firstorder.shadowfield.rendering.ray_table import Plane, RayTable
+from firstorder.shadowfield.rendering.depth_bounds import _check_each, _known_depths
+from firstorder.shadowfield.rendering.lamp import LampFrame, _receiver_rows
+from firstorder.shadowfield.rendering.ray_table import Plane, RayTable, _check_rays
 
 STEP = 2.0**-1.5  # sizes of steps where power falls with Omega^-4
 
@@ -187,8 +187,9 @@ def band_limit_sweep(
     what no answer shows cannot be measured.
 
     Raises:
-        ValueError: if limits are not each twice the one before, or the image does not hold one
-            number of each receiver.
+        TypeError: if lamp or table are none.
+        ValueError: if limits are not each twice the one before, the image does not hold one number
+            of each receiver, or a bound is NaN or behind the other.
 
     Example:
         >>> import numpy as np
@@ -214,20 +215,22 @@ def band_limit_sweep(
         >>> bool(0.5 < np.sqrt(ratio) < 2.0)
         True
     """
+    _check_rays(lamp, table)
     check_positive("radius", radius)
-    chosen, at = np.asarray(limits, float), np.asarray(receivers, float)
-    if chosen.ndim != 1 or len(chosen) < 2 or not np.allclose(chosen[1:], 2.0 * chosen[:-1]):
+    check_positive("own_rays", 1.0 if own_rays == np.inf else own_rays)
+    chosen, at = np.asarray(limits, float), _receiver_rows(receivers)
+    if chosen.ndim != 1 or len(chosen) < 2 or not _doubles(chosen):
         raise ValueError(
             "Argument `limits` must hold numbers each twice the one before, two or more."
         )
     share, (numbers, side) = cell_shares(cells, falloff), _checked(image, len(at))
     fallback = np.asarray(fallback, float)
-    check_shape("fallback", fallback, (len(at),))
+    _check_each(len(at), fallback, bounds)
     halves = [RayTable(*(a[k::2] for a in table)) for k in range(2)]
 
     def answer(points, fallback, where, bounds) -> tuple[Rungs, Rungs, Rungs, Rungs]:
         local = lamp.local(points)
-        near, far = blocker_depths(lamp, table, points, pixel) if bounds is None else bounds
+        near, far = _known_depths(lamp, table, points, pixel, bounds)
         visible, spread, samples, steps, own = [], [], [], [], np.zeros(len(local))
         likely = None
         for Omega_y in chosen:
@@ -250,6 +253,11 @@ def band_limit_sweep(
         )
 
     return BandLimitSweep(chosen, *where_below(lamp, at, answer, fallback, numbers, bounds))
+
+
+def _doubles(limits: Float[np.ndarray, " k"]) -> bool:
+    """Whether each is twice the one before, in any unit."""
+    return np.allclose(limits[1:], 2.0 * limits[:-1], atol=0.0)
 
 
 def _checked(image: tuple[Any, Any], count: int) -> tuple[Int[np.ndarray, " m"], int]:

@@ -8,16 +8,18 @@ surface, and does not count. What rays of its own level meet there does.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import scipy.ndimage
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_count, check_not_negative
+from firstorder._argument_checks import check_count, check_not_negative, check_shape
 from firstorder.numerics._native import HAVE_NATIVE
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering._culling import ROUNDING, narrowed
 from firstorder.shadowfield.rendering.lamp import LampFrame
-from firstorder.shadowfield.rendering.ray_table import LEVEL, RayTable
+from firstorder.shadowfield.rendering.ray_table import LEVEL, RayTable, _check_rays
 
 GROUP = 64  # receivers that are searched at once
 
@@ -43,7 +45,8 @@ def blocker_depths(
         below the lamp.
 
     Raises:
-        ValueError: if `pixel` is negative.
+        TypeError: if lamp or table are none.
+        ValueError: if `pixel` is negative, or receivers are not rows of three coordinates.
 
     Reference: E11 §5 and §7.
 
@@ -57,11 +60,43 @@ def blocker_depths(
         >>> [depth.tolist() for depth in blocker_depths(lamp, table, floor, 0.1)]
         [[1.0], [1.0]]
     """
+    _check_rays(lamp, table)
     check_not_negative("pixel", pixel)
     places = _places(table)
-    return where_below(
-        lamp, np.asarray(receivers, float), lambda at: _bounds(lamp, places, lamp.local(at), pixel)
-    )
+    return where_below(lamp, receivers, lambda at: _bounds(lamp, places, lamp.local(at), pixel))
+
+
+def _known_depths(
+    lamp: LampFrame,
+    table: RayTable,
+    receivers: Float[np.ndarray, "m 3"],
+    pixel: float,
+    bounds: tuple[Numbers, Numbers] | None,
+) -> tuple[Numbers, Numbers]:
+    """The bounds of the blockers' depths that are given, or else those of `blocker_depths`.
+
+    Args:
+        lamp: the lamp.
+        table: the rays.
+        receivers: below the lamp, in the world [m].
+        pixel: side of a pixel on the receivers [m].
+        bounds: of each receiver, or None [m].
+
+    Raises:
+        ValueError: if a given bound is NaN, or the first lies behind the last: where no blocker is
+            known a receiver counts as lit.
+    """
+    if bounds is None:
+        return blocker_depths(lamp, table, receivers, pixel)
+    near, far = (np.asarray(b, float) for b in bounds)
+    none = np.isposinf(near) & np.isneginf(far)
+    wrong = np.flatnonzero(~(none | ((near >= 0.0) & (near <= far) & np.isfinite(far))))
+    if wrong.size:
+        raise ValueError(
+            "Argument `bounds` must hold the first and the last depth, infinity and minus infinity "
+            f"for none, but holds {near[wrong[0]]} and {far[wrong[0]]}."
+        )
+    return near, far
 
 
 def _bounds(lamp: LampFrame, places, local, pixel: float) -> tuple[Numbers, Numbers]:
@@ -132,6 +167,22 @@ def _first(lamp, at, places, pixel: float, none: float) -> Numbers:
     return found
 
 
+def _check_each(count: int, fallback: Any, bounds: tuple[Any, Any] | None) -> None:
+    """Refuse fallbacks and bounds that are not one number for each receiver.
+
+    Args:
+        count: of receivers.
+        fallback: among the blockers.
+        bounds: of the blockers' depths, or None.
+
+    Raises:
+        ValueError: if a shape is another.
+    """
+    check_shape("fallback", np.asarray(fallback), (count,))
+    for bound in () if bounds is None else bounds:
+        check_shape("bounds", np.asarray(bound), (count,))
+
+
 def smooth_depths(
     near: Float[np.ndarray, "w h"], far: Float[np.ndarray, "w h"], radius: int
 ) -> tuple[Float[np.ndarray, "w h"], Float[np.ndarray, "w h"]]:
@@ -147,7 +198,7 @@ def smooth_depths(
         radius: in pixels.
 
     Raises:
-        ValueError: if `radius` is not positive.
+        ValueError: if `radius` is not positive, or both are not images of one shape.
 
     Reference: E11 §7 names the ringing and this cure.
 
@@ -159,6 +210,10 @@ def smooth_depths(
         (0.5, 0.75)
     """
     check_count("radius", radius)
+    near, far = np.asarray(near), np.asarray(far)
+    if near.ndim != 2:
+        raise ValueError(f"Argument `near` must be an image, but has shape {near.shape}.")
+    check_shape("far", far, near.shape)
     size = 2 * radius + 1
     low = scipy.ndimage.minimum_filter(np.where(np.isnan(near), np.inf, near), size)
     high = scipy.ndimage.maximum_filter(np.where(np.isnan(far), -np.inf, far), size)

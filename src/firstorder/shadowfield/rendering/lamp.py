@@ -2,13 +2,40 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from firstorder._argument_checks import check_coordinates, check_finite, check_positive
+from firstorder._argument_checks import (
+    check_coordinates,
+    check_finite,
+    check_kind,
+    check_positive,
+    check_real,
+)
 from firstorder._display import in_print
+
+
+def _receiver_rows(receivers: Any) -> Float[np.ndarray, "m 3"]:
+    """Receivers as rows of three coordinates.
+
+    Args:
+        receivers: in the world [m].
+
+    Raises:
+        ValueError: if they are complex, or have another shape.
+
+    Example:
+        >>> from firstorder.shadowfield.rendering.lamp import _receiver_rows
+        >>> _receiver_rows([[0, 0, 1]]).tolist()
+        [[0.0, 0.0, 1.0]]
+    """
+    rows = np.asarray(receivers)
+    check_real("receivers", rows)
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise ValueError(f"Argument `receivers` must have shape (m, 3), but has {rows.shape}.")
+    return np.asarray(rows, float)
 
 
 def below(lamp: LampFrame, receivers: Float[np.ndarray, "m 3"]) -> Bool[np.ndarray, " m"]:
@@ -18,6 +45,10 @@ def below(lamp: LampFrame, receivers: Float[np.ndarray, "m 3"]) -> Bool[np.ndarr
         lamp: the lamp.
         receivers: in the world [m].
 
+    Raises:
+        TypeError: if `lamp` is none of `lamp_frame`.
+        ValueError: if receivers are not rows of three coordinates.
+
     Example:
         >>> import numpy as np
         >>> from firstorder.shadowfield import lamp_frame
@@ -26,6 +57,8 @@ def below(lamp: LampFrame, receivers: Float[np.ndarray, "m 3"]) -> Bool[np.ndarr
         >>> below(lamp, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 3.0]])).tolist()
         [True, False]
     """
+    check_kind("lamp", lamp, LampFrame, "a lamp of `lamp_frame`")
+    receivers = _receiver_rows(receivers)
     some = np.all(np.isfinite(receivers), 1)
     return some & (lamp.local(np.where(some[:, None], receivers, lamp.center))[:, 2] > 0.0)
 
@@ -77,9 +110,11 @@ def lamp_frame(center, u, v) -> LampFrame:
     """
     given = np.result_type(np.asarray(u), np.asarray(v), np.float32)  # of integers double
     least = max(1e-9, 8.0 * float(np.finfo(given).eps))  # edges in single precision are rounded
+    for name, a in (("center", center), ("u", u), ("v", v)):
+        check_real(name, np.asarray(a))
+        check_coordinates(name, a)
     center, u, v = (np.asarray(a, float) for a in (center, u, v))
     for name, a in (("center", center), ("u", u), ("v", v)):
-        check_coordinates(name, a)
         check_finite(name, a)
     half = np.array([np.linalg.norm(u), np.linalg.norm(v)])
     check_positive("u", half[0])

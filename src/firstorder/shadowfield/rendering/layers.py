@@ -27,7 +27,7 @@ from firstorder.shadowfield.rendering._filter_shape import cell_shares, filter_s
 from firstorder.shadowfield.rendering._weighted_sums import gather
 from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
 from firstorder.shadowfield.rendering.lamp import LampFrame
-from firstorder.shadowfield.rendering.ray_table import Plane, RayTable
+from firstorder.shadowfield.rendering.ray_table import Plane, RayTable, _check_rays
 
 Numbers = Float[np.ndarray, " m"]
 
@@ -111,6 +111,7 @@ def layered_shadow(
         the receiver's own are the answer there. 1 where no blocker is known.
 
     Raises:
+        TypeError: if lamp or table are none.
         ValueError: if `rule` is none of the three.
 
     Reference: E11 §8 proposes several light fields and leaves open how they go together.
@@ -125,6 +126,7 @@ def layered_shadow(
         >>> layered_shadow(lamp, table, floor, 1.0, 1.0, 0.1).tolist()
         [1.0]
     """
+    _check_rays(lamp, table)
     if rule not in ("covariance", "product", "minimum"):
         raise ValueError(
             f"Argument `rule` must be covariance, product or minimum, but is {rule!r}."
@@ -155,4 +157,4 @@ def layered_shadow(
         f, f1, f2 = seen(near, far, table, *parts)
         return np.clip(p * q + f - f1 * f2, 0.0, 1.0) @ share
 
-    return where_below(lamp, np.asarray(receivers, float), answer)
+    return where_below(lamp, receivers, answer)

@@ -8,7 +8,7 @@ start, it is seven numbers.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -16,12 +16,13 @@ from jaxtyping import Bool, Float, Int
 from firstorder._argument_checks import (
     check_finite,
     check_integer,
+    check_kind,
     check_not_negative,
     check_positive,
     check_shape,
 )
 from firstorder._display import in_print
-from firstorder.shadowfield.rendering.lamp import LampFrame, below
+from firstorder.shadowfield.rendering.lamp import LampFrame, _receiver_rows, below
 
 # Depths that differ by this share of the receiver's are one level: pixels are slanted and surfaces
 # curved. With 0, rays of a slanted ground's upper parts are lost to its lower ones, and a slanted
@@ -74,6 +75,32 @@ class RayTable(NamedTuple):
         return self.y + self.v * depth
 
 
+def _check_rays(lamp: Any, table: Any) -> None:
+    """Refuse what is no lamp and no table, such as the pair that `trace_shadow_rays` gives.
+
+    Args:
+        lamp: what was given as one.
+        table: what was given as one.
+
+    Raises:
+        TypeError: if one is something else.
+        ValueError: if a column of the table does not have a row for each ray.
+
+    Example:
+        >>> from firstorder.shadowfield import lamp_frame
+        >>> from firstorder.shadowfield.rendering.ray_table import _check_rays
+        >>> _check_rays(lamp_frame((0, 0, 2), (0, 1, 0), (1, 0, 0)), None)
+        Traceback (most recent call last):
+            ...
+        TypeError: Argument `table` must be a table of `trace_shadow_rays`, but is a NoneType.
+    """
+    check_kind("lamp", lamp, LampFrame, "a lamp of `lamp_frame`")
+    check_kind("table", table, RayTable, "a table of `trace_shadow_rays`")
+    rays = len(table.near)
+    for name, row in (("y", (2,)), ("v", (2,)), ("near", ()), ("far", ()), ("start", ())):
+        check_shape(f"table.{name}", np.asarray(getattr(table, name)), (rays, *row))
+
+
 Blockers = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
@@ -91,17 +118,18 @@ def trace_shadow_rays(
         receivers: points that the image shows, in the world [m].
         rays: for each receiver; below 1, that share of the receivers has one. Or a number for each
             receiver (`distribute_rays`).
-        blockers: from ends of rays in the world, receiver and lamp, to the shares of the way *from
-            the lamp* of the first and the last surface in between; infinity and minus infinity for
-            free rays.
+        blockers: from ends of rays in the world, receiver and lamp, shape (n, 3) each, to the
+            shares of the way *from the lamp* of the first and the last surface in between, shape
+            (n,) each; infinity and minus infinity for free rays.
         seed: of the random numbers.
 
     Returns:
         The rays, and of which receiver each is.
 
     Raises:
-        ValueError: if receivers that rays are asked for are nowhere or not below the lamp, or there
-            is not one whole number of rays for each.
+        TypeError: if `lamp` is none of `lamp_frame`.
+        ValueError: if receivers that rays are asked for are nowhere or not below the lamp, there is
+            not one whole number of rays for each, or `blockers` gives no two shares for each ray.
 
     Example:
         >>> import numpy as np
@@ -114,9 +142,7 @@ def trace_shadow_rays(
         ([2.0, 2.0, 2.0, 2.0], [0, 0, 0, 0])
     """
     rng = np.random.default_rng(seed)
-    receivers = np.asarray(receivers, float)
-    if receivers.ndim != 2 or receivers.shape[1] != 3:
-        raise ValueError(f"Argument `receivers` must have shape (m, 3), but has {receivers.shape}.")
+    receivers = _receiver_rows(receivers)
     check_finite("rays", rays)
     m = len(receivers)
     if np.ndim(rays):
@@ -133,18 +159,35 @@ def trace_shadow_rays(
     if isinstance(rays, np.ndarray):
         owner = np.repeat(np.arange(m), rays)
     elif rays >= 1:
-        owner = np.repeat(np.arange(m), round(rays))
+        check_integer("rays", rays if rays % 1 else int(rays))
+        owner = np.repeat(np.arange(m), int(rays))
     else:
         check_positive("rays", rays)
         owner = np.sort(rng.permutation(m)[: max(round(rays * m), 1)])
     local = lamp.local(receivers[owner])
     y = (2.0 * _spread(len(owner), rng) - 1.0) * lamp.half
     ends = lamp.world(np.concatenate([y, np.zeros((len(y), 1))], 1))
-    first, last = blockers(receivers[owner], ends)
+    first, last = _shares(blockers(receivers[owner], ends), len(owner))
     depth = local[:, 2]
     v = (local[:, :2] - y) / depth[:, None]
     single = (a.astype(np.float32) for a in (y, v, first * depth, last * depth, depth))
     return RayTable(*single), owner
+
+
+def _shares(found: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Shares of the way of the first and last blockers of rays, as `blockers` gave them."""
+    if not isinstance(found, (tuple, list)) or len(found) != 2:
+        raise ValueError("Argument `blockers` must give two arrays, the first and last shares.")
+    first, last = (np.asarray(a, float) for a in found)
+    for a in (first, last):
+        check_shape("blockers", a, (count,))
+    free = np.isposinf(first) & np.isneginf(last)
+    if wrong := np.sum(~(free | (np.isfinite(first) & np.isfinite(last)))):
+        raise ValueError(
+            "Argument `blockers` must give the first share and the last, infinity and minus "
+            f"infinity for free rays, but does not for {wrong} of {count} rays."
+        )
+    return first, last
 
 
 def _spread(count: int, rng) -> Plane:

@@ -23,9 +23,11 @@ from jaxtyping import Float, Int
 from firstorder._argument_checks import (
     check_below,
     check_between,
+    check_broadcast,
     check_count,
     check_not_negative,
     check_positive,
+    check_shape,
 )
 
 Numbers = Float[np.ndarray, " m"]
@@ -53,7 +55,7 @@ def rays_per_pixel(
 
     Raises:
         ValueError: if `d1`, `pixel`, `Omega_y` or a depth of blockers that are there is not
-            positive, `half` is negative, or `margin` is not from 0 to below 1.
+            positive, `half` is negative, `margin` is not from 0 to below 1, or shapes do not fit.
 
     Reference: E11 App. B, eqs. 17-18 (the latter corrected, see `rates`).
 
@@ -68,11 +70,15 @@ def rays_per_pixel(
     check_positive("Omega_y", Omega_y)
     check_positive("pixel", pixel)
     check_not_negative("half", half)
+    check_shape("half", np.asarray(half), (2,))
     check_positive("d1", d1)
+    d1, near, far = (np.asarray(a, float) for a in (d1, near, far))
+    check_broadcast("d1", d1, near.shape)
+    check_shape("far", far, near.shape)
     check_not_negative("margin", margin)
     check_below("margin", margin, 1.0)
     some = np.isfinite(near)
-    check_positive("near", np.where(some, near, 1.0))
+    check_positive("near", np.where(np.isposinf(near), 1.0, near))
     check_positive("far", np.where(some, far, 1.0))
     last = np.minimum(np.where(some, far, 0.5 * d1) / d1, 1.0 - margin)
     first = np.minimum(np.where(some, near, 0.5 * d1) / d1, last)
@@ -104,8 +110,11 @@ def distribute_rays(
     check_count("total", total)
     check_between("least", least, 0.0, 1.0)
     check_not_negative("share", share)
-    if not len(share):
-        raise ValueError("Argument `share` must hold at least one number.")
+    share = np.asarray(share, float)
+    if share.ndim != 1 or not len(share):
+        raise ValueError(
+            f"Argument `share` must hold a number for each pixel, but has shape {share.shape}."
+        )
     whole = np.sum(share)
     even = np.full(len(share), 1.0 / len(share))
     part = least * even + (1.0 - least) * (share / whole if whole > 0.0 else even)

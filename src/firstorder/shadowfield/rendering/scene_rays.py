@@ -5,15 +5,17 @@ For meshes that is `rendering.mesh_blockers`.
 
 from __future__ import annotations
 
+from typing import Any
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder._argument_checks import check_count, check_integer, check_kind
+from firstorder._argument_checks import check_count, check_index, check_kind, check_shape
 from firstorder.numerics._batching import host_blocks
 from firstorder.shadowfield.rendering._below import where_below
-from firstorder.shadowfield.rendering.lamp import LampFrame
+from firstorder.shadowfield.rendering.lamp import LampFrame, _receiver_rows
 from firstorder.shadowfield.rendering.ray_table import Blockers
 from firstorder.space.intersect import nearest, occluded
 from firstorder.space.scene import Scene
@@ -33,8 +35,8 @@ def scene_blockers(scene: Scene, on: int = -1) -> Blockers:
         of the first and the last thing in between; infinity and minus infinity for a free ray.
 
     Raises:
-        TypeError: if `scene` is no scene of space.
-        ValueError: if `on` is no integer.
+        TypeError: if `scene` is no scene of space, or `on` no integer.
+        ValueError: if there is no shape `on`.
 
     Example:
         >>> import numpy as np
@@ -45,14 +47,20 @@ def scene_blockers(scene: Scene, on: int = -1) -> Blockers:
         >>> [a.tolist() for a in found]
         [[0.625], [0.875]]
     """
-    check_kind("scene", scene, Scene, "a `Scene` of space")
-    check_integer("on", on)
+    _check_on(scene, on)
 
     def between(receivers: np.ndarray, lamp: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         near, far = host_blocks(lambda rays: _between(scene, *rays, on), (receivers, lamp), BLOCK)
         return np.asarray(near), np.asarray(far)
 
     return between
+
+
+def _check_on(scene: Any, on: Any) -> None:
+    """Refuse what is no scene, and numbers of shapes that are not in it; -1 stands for none."""
+    check_kind("scene", scene, Scene, "a `Scene` of space")
+    on = np.asarray(on)
+    check_index("on", np.where(on == -1, 0, on), scene.count)
 
 
 @eqx.filter_jit
@@ -90,7 +98,9 @@ def own_visibility(
         NaN for points that are nowhere or not below the lamp.
 
     Raises:
-        ValueError: if `strata` is not positive.
+        TypeError: if `scene` is no scene of space, or `on` holds no integers.
+        ValueError: if `strata` is not positive, there is no shape `on`, or not one number of a
+            shape for each point.
 
     Example:
         >>> import numpy as np
@@ -101,8 +111,10 @@ def own_visibility(
         >>> own_visibility(card, lamp, np.zeros((1, 3)), np.array([-1]), 4).tolist()
         [0.5]
     """
+    _check_on(scene, on)
     check_count("strata", strata)
-    points = np.asarray(points, float)
+    points = _receiver_rows(points)
+    check_shape("on", np.asarray(on), (len(points),))
     rng, count = np.random.default_rng(seed), strata**2
     cell = np.stack(np.meshgrid(np.arange(strata), np.arange(strata), indexing="ij"), -1)
     u = (cell.reshape(-1, 2) + rng.random((len(points), count, 2))) * 2.0 / strata - 1.0

@@ -54,9 +54,9 @@ from firstorder.shadowfield.rendering._filter_shape import (
     own_share,
 )
 from firstorder.shadowfield.rendering._weighted_sums import gather
-from firstorder.shadowfield.rendering.depth_bounds import blocker_depths
-from firstorder.shadowfield.rendering.lamp import LampFrame
-from firstorder.shadowfield.rendering.ray_table import Plane, RayTable
+from firstorder.shadowfield.rendering.depth_bounds import _check_each, _known_depths, blocker_depths
+from firstorder.shadowfield.rendering.lamp import LampFrame, _receiver_rows
+from firstorder.shadowfield.rendering.ray_table import Plane, RayTable, _check_rays
 
 # --- the filter at a receiver --------------------------------------------------------------------
 
@@ -99,6 +99,7 @@ def depths_under_filter(
         As `blocker_depths`, for `sheared_shadow`.
 
     Raises:
+        TypeError: if lamp or table are none.
         ValueError: if `widest` is not positive.
 
     Reference: ours; E11 §5 and §7 take the pixel's frustum, and name artifacts of its bounds.
@@ -123,6 +124,7 @@ def depths_under_filter(
         >>> [round(float(b[0]), 3) for b in depths_under_filter(lamp, table, at, 1.0, 0.01, 128)]
         [0.4, 1.0]
     """
+    _check_rays(lamp, table)
     check_count("widest", widest)
     extent = float(np.max(lamp.half))
 
@@ -138,7 +140,7 @@ def depths_under_filter(
             left, side = left[more & (2 * side <= widest)], 2 * side
         return near, far
 
-    return where_below(lamp, np.asarray(receivers, float), answer)
+    return where_below(lamp, receivers, answer)
 
 
 # --- reconstruction ------------------------------------------------------------------------------
@@ -194,8 +196,10 @@ def sheared_shadow(
         weights: of the rays: what each stands for where they are not equally dense; None for 1.
 
     Raises:
+        TypeError: if lamp or table are none.
         ValueError: if shapes do not fit, a number that must be positive is not, a weight is
-            negative, or the light is negative or dark everywhere.
+            negative, a bound of a receiver below the lamp is NaN or behind the other, or the light
+            is negative or dark everywhere.
 
     Reference: E11 §5; the cells, and bounds from first and last blockers, are ours.
 
@@ -209,23 +213,23 @@ def sheared_shadow(
         >>> sheared_shadow(lamp, table, floor, 1.0, 0.1, np.ones(1)).visible.tolist()
         [1.0]
     """
-    for name, given in (
-        ("fallback", fallback),
-        *(("bounds", b) for b in (() if bounds is None else bounds)),
-    ):
-        check_shape(name, np.asarray(given), (len(receivers),))
+    _check_rays(lamp, table)
+    at = _receiver_rows(receivers)
+    _check_each(len(at), fallback, bounds)
     if weights is not None:
         check_shape("weights", np.asarray(weights), table.near.shape)
         check_not_negative("weights", weights)
+        weights = np.asarray(weights, float)
+        weights = weights / (np.max(weights, initial=0.0) or 1.0)  # squares in single precision
     share = cell_shares(cells, falloff)
 
     def answer(points, fallback, bounds) -> ShearedShadow:
         local = lamp.local(points)
-        near, far = blocker_depths(lamp, table, points, pixel) if bounds is None else bounds
+        near, far = _known_depths(lamp, table, points, pixel, bounds)
         shape = filter_shape(local[:, 2], near, far, Omega_y, pixel, float(np.max(lamp.half)))
         sums = gather(lamp, table, local, shape.sigma, shape.shear, cells, weights)
         visible, own = or_lit(np.sum(share * sums.seen, 1), sums), own_share(sums, near, shape)
         known = np.where(own > 0.0, fallback, 0.0)
         return ShearedShadow((1.0 - own) * visible + own * known, sums.samples, near, far, own)
 
-    return where_below(lamp, np.asarray(receivers, float), answer, np.asarray(fallback), bounds)
+    return where_below(lamp, at, answer, np.asarray(fallback), bounds)

@@ -54,7 +54,8 @@ class Part(Module):
         straight: segments, shape (count, s).
         curved: arcs, shape (count, c).
         units: of segments, shape (count, s), and of arcs, shape (count, c) [m].
-        normal: of planes, towards the receiver; None for other shapes.
+        normal: of planes, towards the receiver, zero of those that hide nothing; None for other
+            shapes.
         tangent: azimuths, folded, of the slices that are tangent to an arc, shape (count, c, 2).
         scale: of the arc's discriminant `scale sin(tangent_1 - phi) sin(phi - tangent_0)`.
         split: whether there are such slices.
@@ -98,12 +99,20 @@ def parts(scene: Scene, at: Receiver) -> list[Part]:
         straight, curved = _placed(rows.straight, rows.curved, at)
         normal = None
         if isinstance(group, Planes):
-            normal = in_receiver_frame(at, _facing(group, at))
+            # From a point in a plane none is seen of it, as of any flat shape.
+            shown = jnp.any(curved.live, 1)[:, None]
+            normal = jnp.where(shown, in_receiver_frame(at, _facing(group, at)), 0.0)
             curved = jax.tree.map(lambda a: a[:, :0], curved)
         straight, one = _in_own_unit(straight, ("start", "end"))
         curved, other = _in_own_unit(curved, ("center", "a", "b"))
         found.append(Part(straight, curved, (one, other), normal, *tangents(curved)))
     return found
+
+
+def is_known(scene: Scene, at: Receiver) -> Bool[Array, ""]:
+    """Whether all numbers of shapes and receiver are some: slices do not meet what is nowhere."""
+    numbers = jax.tree.leaves((scene.groups, at))
+    return jnp.all(jnp.stack([jnp.all(jnp.isfinite(a)) for a in numbers]))
 
 
 def _in_own_unit(pieces, names: tuple[str, ...]):

@@ -8,12 +8,14 @@ edges held. `edge(w)` is T in the directions w.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from firstorder._argument_checks import check_one, check_real
 from firstorder._display import Module
 from firstorder.conventions import polar
 from firstorder.numerics._quadrature import gauss_legendre
@@ -22,6 +24,22 @@ from firstorder.visibility._intervals import HORIZON, blocked_measure, visible_g
 
 # What light from a local direction w adds per solid angle, at a receiver: T(at, w).
 Transport = Callable[[Receiver, Array], Array]
+
+
+def check_transport(transport: Any, at: Receiver) -> None:
+    """Refuse what gives no real number for a direction at a receiver; nothing is computed.
+
+    Raises:
+        TypeError: if it is no function.
+        ValueError: if it gives something else.
+    """
+    if not callable(transport):
+        raise TypeError(  # a number is traced by now, and its kind says nothing
+            "Argument `transport` must be a function of a receiver and a direction, but is none."
+        )
+    given = jax.eval_shape(transport, at, at.normal)
+    check_real("transport", given)
+    check_one("transport", given)
 
 
 class Uniform(Module):

@@ -35,10 +35,17 @@ from firstorder.space.azimuthal._critical_azimuths import (
     STEEP,
     Part,
     folded,
+    is_known,
     nodes_between,
     parts,
 )
-from firstorder.space.azimuthal._integrands import Cosine, Transport, Uniform, Varying
+from firstorder.space.azimuthal._integrands import (
+    Cosine,
+    Transport,
+    Uniform,
+    Varying,
+    check_transport,
+)
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 from firstorder.typing import as_float
@@ -87,9 +94,10 @@ def visibility_by_azimuth(
     """Net visibility, the solid angle of the sky that a receiver sees, with its gradient [sr].
 
     Valid when: the receiver is outside of all closed shapes (else NaN) and lies flat or on a
-    surface of shape operator `at.S`, with which its horizon turns. On an inner wall that
-    `Receiver.on` names the sky is seen through the wall, as by `net_visibility`. Edges along the
-    normal, which (48) leaves out, are added in the gradient of a flat receiver.
+    surface of shape operator `at.S`, with which its horizon turns; a traced number of either that
+    is none gives NaN. On an inner wall that `Receiver.on` names the sky is seen through the wall,
+    as by `net_visibility`. Edges along the normal, which (48) leaves out, are added in the gradient
+    of a flat receiver.
 
     Args:
         scene: the blockers.
@@ -171,7 +179,8 @@ def transport_by_azimuth(
         with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:
-        ValueError: if a count is not positive.
+        TypeError: if `transport` is no function.
+        ValueError: if a count is not positive, or `transport` gives anything but a real number.
 
     Reference: R07 §7.3, eq. 49, and the text after it.
 
@@ -187,6 +196,7 @@ def transport_by_azimuth(
     """
     check_asked_one(scene, Scene, at, Receiver, bands=True)
     check_count("inner", inner)
+    check_transport(transport, at)
     return _integrated(scene, at, Varying(transport, at, inner), nodes, most)
 
 
@@ -225,7 +235,7 @@ def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> Azimuth
         return value, rate, _edge_rate(cut, T, at)
 
     values, inside, moving = jax.vmap(one)(where.base, where.lag)
-    sound = ~scene.inside(at.position, at.on)
+    sound = ~scene.inside(at.position, at.on) & is_known(scene, at)
     value, interior = (nan_unless(sound, where.weight @ a) for a in (values, inside))
     turned, opened = _in_one_slice(found, T, at, where.events)
     boundary = nan_unless(sound, where.edge_weight @ moving) + turned
@@ -407,7 +417,7 @@ def _arc_hits(part: Part, v, base, lag):
 
 
 def _plane_ends(normal: Float[Array, "n 3"], v):
-    """A plane without end covers half a turn, and its edge does not move."""
+    """A plane without end covers half a turn, and its edge does not move; one of no normal none."""
     e = jnp.stack([v[1], -v[0], v[2]])
     up, rise = normal[:, 2], normal @ e
     level = (rise == 0.0) & (up == 0.0)

@@ -16,6 +16,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+from firstorder._argument_checks import check_kind
 from firstorder._display import Module
 from firstorder.numerics._compiled import compiled
 from firstorder.scene._arguments import check_asked
@@ -102,6 +103,7 @@ def trace_strata(
     Raises:
         ValueError: if the receiver is not one, its number is that of no shape, or cells have other
             leading axes than receivers.
+        TypeError: if cells are none, or `radiance` is no function.
 
     Example:
         >>> import jax
@@ -117,6 +119,8 @@ def trace_strata(
         0.6
     """
     check_asked(scene, Scene, at, Receiver)
+    if not (radiance is None or callable(radiance)):
+        raise TypeError("Argument `radiance` must be a function of hits, but is none.")
     emitted = jax.vmap(lambda i, p, n, d: scene.emitted(i, p, d))
     return gather_samples(scene_tracer(scene), radiance or emitted, at, where, jax.vmap(scene.sky))
 
@@ -142,6 +146,7 @@ def gather_samples(
         where: cells, with the same leading axes or none.
         sky: radiance from unit world directions (r, 3) in which nothing is met; None is dark.
     """
+    check_kind("where", where, Strata, "cells of `hemisphere_strata`")
     lead, own = where.weights.shape[:-2], at.position.shape[:-1]
     if lead not in ((), own):
         raise ValueError(
@@ -203,6 +208,7 @@ def surface_area_estimate(samples: Samples) -> Derivatives:
         >>> round(surface_area_estimate(rays).value.item(), 2)
         0.2
     """
+    check_kind("samples", samples, Samples, "samples of `trace_strata`")
     b, where = samples.cosine, samples.strata
     faces = b > 0.0
     met = jnp.isfinite(samples.distance) & faces  # what is infinitely far moves by no step
@@ -279,6 +285,7 @@ def stratified_estimate(samples: Samples) -> Derivatives:
         >>> round(stratified_estimate(rays).value.item(), 2)
         0.2
     """
+    check_kind("samples", samples, Samples, "samples of `trace_strata`")
     value, turn, twice = _turning(samples)
     step, mixed = _swept(samples)
     H = surface_area_estimate(samples).hessian[..., :3, :3]

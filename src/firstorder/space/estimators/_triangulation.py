@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
-from firstorder._argument_checks import check_count
+from firstorder._argument_checks import check_count, check_key
 from firstorder._display import in_print
 from firstorder.conventions import cylindrical
 
@@ -45,6 +45,7 @@ def hemisphere_triangulation(rays: int, key: PRNGKeyArray | None = None) -> Hemi
 
     Raises:
         ValueError: if there are fewer than 4 rays, or their number is no integer.
+        TypeError: if `key` is no key.
 
     Example:
         >>> from firstorder.space.estimators import hemisphere_triangulation
@@ -52,6 +53,8 @@ def hemisphere_triangulation(rays: int, key: PRNGKeyArray | None = None) -> Hemi
         (25, 3)
     """
     check_count("rays", rays)
+    if key is not None:
+        check_key("key", key)
     side = math.isqrt(rays)
     if side < 2:
         raise ValueError(f"Argument `rays` must be at least 4, but is {rays}.")

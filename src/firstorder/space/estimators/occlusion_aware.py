@@ -14,9 +14,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_positive, check_shape, is_concrete
+from firstorder._argument_checks import (
+    check_inside,
+    check_positive,
+    check_shape,
+    is_concrete,
+    traced_nan_unless,
+)
+from firstorder.scene._arguments import numbers
 from firstorder.space.silhouettes._lambert_edge_term import lambert_edge
-from firstorder.typing import as_array, as_float
+from firstorder.typing import as_array
 
 # Neighbours whose inverse distances differ by more than this fraction lie on two surfaces.
 STEP = 0.3
@@ -65,7 +72,9 @@ def occlusion_aware_estimate(
 
     Raises:
         ValueError: if there are not as many radiances, distances and neighbours as directions, a
-            triangle names a ray that is not there, or a distance is not positive.
+            triangle or a neighbour names a ray that is not there, a direction is no unit vector
+            above the horizon, a distance is not positive (a traced one gives NaN), or `step` lies
+            outside (0, 1).
 
     Reference: after Schwarzhaupt, Jensen and Jarosz 2012, as J12 §9 asks; derived afresh.
 
@@ -80,15 +89,24 @@ def occlusion_aware_estimate(
         >>> round(float(E), 5), float(abs(hessian).max())
         (3.14159, 0.0)
     """
-    L, w, r = as_float(radiance), as_float(directions), as_float(distances)
-    triangles = as_array(triangles)
+    L, w, r = (
+        numbers(name, a)
+        for name, a in (
+            ("radiance", radiance),
+            ("directions", directions),
+            ("distances", distances),
+        )
+    )
+    triangles, neighbours = as_array(triangles), _as_rows(neighbours)
     _check_net(L, w, r, triangles, neighbours)
+    check_inside("step", step, 0.0, 1.0)
+    r = traced_nan_unless(lambda a: a > 0.0, r)
     points, L = _points(w, r), jnp.concatenate([L, L])
     parts = _cut(points[:, triangles.T], L[triangles.T], step)
     E, gx, gy, xx, xy, yy = _contours(parts)
     hessian = jnp.stack([jnp.stack([xx, xy]), jnp.stack([xy, yy])])
     if neighbours is not None:
-        hessian = hessian + _uncovered(points, parts, triangles.T, as_array(neighbours), step)
+        hessian = hessian + _uncovered(points, parts, triangles.T, neighbours, step)
     return E, jnp.stack([gx, gy]), hessian
 
 
@@ -98,20 +116,45 @@ def _check_net(radiance, directions, distances, triangles, neighbours) -> None:
     check_shape("directions", directions, (rays, 3))
     check_shape("radiance", radiance, (rays,))
     check_shape("distances", distances, (rays,))
+    check_shape("triangles", triangles, (len(triangles), 3))
+    _check_named("triangles", triangles, 2 * rays, f"{rays} rays and their feet")
     if neighbours is not None:
-        check_shape("neighbours", as_array(neighbours), (rays, np.shape(neighbours)[-1]))
+        check_shape("neighbours", neighbours, (rays, neighbours.shape[-1]))
+        _check_named("neighbours", neighbours, rays, f"{rays} rays")
     if is_concrete(distances):
         check_positive("distances", np.where(np.isposinf(distances), 1.0, distances))
-    if is_concrete(triangles) and (most := int(np.max(triangles))) >= 2 * rays:
+    if is_concrete(directions):
+        length, up = np.linalg.norm(directions, axis=1), np.asarray(directions)[:, 2]
+        wrong = np.flatnonzero(~((abs(length - 1.0) < 1e-4) & (up >= 0.0)))
+        if wrong.size:
+            raise ValueError(
+                "Argument `directions` must hold unit vectors above the horizon, but holds "
+                f"{directions[wrong[0]]}."
+            )
+
+
+def _check_named(name, rows, count: int, words: str) -> None:
+    """Refuse what are no numbers of rays, and numbers of rays that are not there."""
+    if not jnp.issubdtype(rows.dtype, jnp.integer):
+        raise ValueError(f"Argument `{name}` must name {words}, but holds {rows.dtype}.")
+    if not is_concrete(rows) or not rows.size:
+        return
+    least, most = int(np.min(rows)), int(np.max(rows))
+    if not 0 <= least <= most < count:
         raise ValueError(
-            f"Argument `triangles` must name {rays} rays and their feet, but names {most}."
+            f"Argument `{name}` must name {words}, but names {least if least < 0 else most}."
         )
+
+
+def _as_rows(neighbours):
+    """Neighbours as an array, if there are any."""
+    return None if neighbours is None else jnp.atleast_1d(as_array(neighbours))
 
 
 def _points(directions, distances) -> Float[Array, "4 n"]:
     """`(w, 1/r)` of every hit, and of its foot: the point below it in the receiver's plane."""
     w = directions.T
-    there = jnp.isfinite(distances)
+    there = ~jnp.isposinf(distances)
     s = jnp.where(there, 1.0 / jnp.where(there, distances, 1.0), 0.0)
     flat = w[0] ** 2 + w[1] ** 2
     up = flat > 0.0

@@ -14,10 +14,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 
-from firstorder._argument_checks import check_count, is_concrete
+from firstorder._argument_checks import check_count, check_key, is_concrete, traced_nan_unless
 from firstorder._display import Module
 from firstorder.conventions import cylindrical
-from firstorder.typing import as_float
+from firstorder.scene._arguments import numbers
 
 # What cells of one row count, and random directions in a cell are uniform, by.
 MEASURES = ("cosine", "solid angle", "angle")
@@ -74,8 +74,9 @@ def hemisphere_strata(
             same cells.
 
     Raises:
-        ValueError: if a number of cells or of sets is no positive integer, borders
-            do not ascend over the hemisphere, or the measure is unknown.
+        ValueError: if a number of cells or of sets is no positive integer, borders do not ascend
+            over the hemisphere (traced ones give NaN), or the measure is unknown.
+        TypeError: if `key` is no key, or borders are no numbers.
 
     Example:
         >>> from firstorder.space.estimators import hemisphere_strata
@@ -88,6 +89,8 @@ def hemisphere_strata(
     shape = tuple(shape) if isinstance(shape, (tuple, list)) else (shape,)
     for count in shape:
         check_count("shape", count)
+    if key is not None:
+        check_key("key", key)
     theta, phi = _rows(theta, measure), _columns(phi)
     size = (*shape, theta.shape[0] - 1, phi.shape[0] - 1)
     if key is None:
@@ -122,7 +125,7 @@ def _sine_cosine(height, measure):
 
 def _rows(theta, measure) -> Array:
     if np.ndim(theta):
-        return _ascending("theta", as_float(theta), 0.5 * np.pi, "from 0 to pi/2")
+        return _ascending("theta", theta, 0.5 * np.pi, "from 0 to pi/2")
     check_count("theta", theta)
     count = operator.index(theta)
     even = jnp.arange(count + 1) / count
@@ -133,17 +136,22 @@ def _rows(theta, measure) -> Array:
 
 def _columns(phi) -> Array:
     if np.ndim(phi):
-        return _ascending("phi", as_float(phi), 2.0 * np.pi, "over 2 pi")
+        return _ascending("phi", phi, 2.0 * np.pi, "over 2 pi")
     check_count("phi", phi)
     count = operator.index(phi)
     return 2.0 * jnp.pi * jnp.arange(count + 1) / count
 
 
 def _ascending(name, edges, span, words) -> Array:
-    if is_concrete(edges):
-        found = np.asarray(edges)
-        ok = found.shape[0] > 1 and np.all(np.diff(found) > 0.0)
-        ok = ok and abs(found[-1] - found[0] - span) < 1e-5
-        if not ok or (name == "theta" and abs(found[0]) > 1e-6):
-            raise ValueError(f"Argument `{name}` must ascend {words}.")
-    return edges
+    edges = numbers(name, edges)
+    fits = edges.ndim == 1 and edges.shape[0] > 1
+    if not fits or (is_concrete(edges) and not _is_span(name, np.asarray(edges), span)):
+        raise ValueError(f"Argument `{name}` must ascend {words}.")
+    return traced_nan_unless(lambda a: _is_span(name, a, span), edges)
+
+
+def _is_span(name, edges, span):
+    """Whether borders ascend over all that there is."""
+    first, ascends = edges[0], (edges[1:] > edges[:-1]).all()
+    begins = abs(first) <= 1e-6 if name == "theta" else True
+    return ascends & (abs(edges[-1] - first - span) < 1e-5) & begins

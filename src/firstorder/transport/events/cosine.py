@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from firstorder._argument_checks import is_concrete
+from firstorder._argument_checks import check_kind, is_concrete
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.fields._series import Series, axis_series
 from firstorder.fields.spectrum import Grid
@@ -116,6 +116,9 @@ class Cosine(Event):
         window: box and number of waves for the spectrum; left out, it holds the light (see
             `Multiply`).
 
+    Raises:
+        TypeError: if `axis` is no name.
+
     Called: cosine term, or differential irradiance (D05 step 3).
 
     Reference: D05 eqs. 8, 12-13.
@@ -131,6 +134,10 @@ class Cosine(Event):
     axis: str = eqx.field(static=True, default="theta")
     periodic: bool = eqx.field(static=True, default=False)
     window: Grid | None = None
+
+    def __check_init__(self):
+        """Refuse what is no name."""
+        check_kind("axis", self.axis, str, "the name of an angle")
 
     def law(self, frame: Frame) -> Law:
         """Multiply by the clamped cosine."""
