@@ -14,23 +14,40 @@ from __future__ import annotations
 
 import argparse
 import ast
+import compileall
 import concurrent.futures
+import functools
+import multiprocessing
 import os
 import pathlib
 import queue
 import random
+import resource
 import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator
-from typing import NamedTuple
+from multiprocessing import connection
+from multiprocessing.context import ForkServerContext
+from typing import NamedTuple, NoReturn
+
+import pytest
 
 from tests.shape_checks import SWITCH
 
 ROOT = pathlib.Path(__file__).parent.parent
 # Seconds of processor time, so that a busy machine decides nothing; a fault that runs on is seen.
 LIMIT = 600
+# What tests import of others takes longer than most tests that see a fault, so it is imported once
+# for all. Nothing of this tree, whose files have the fault, and nothing that starts threads of JAX.
+# fmt: off
+COMMON = ("jax.numpy", "jax.scipy.special", "scipy.integrate", "scipy.interpolate",
+          "scipy.optimize", "scipy.spatial", "sympy", "equinox", "matplotlib", "numba",
+          "hypothesis", "pytest")
+# fmt: on
+ASKING = threading.Lock()
 # Folders that show, judge or speak: a fault there is no wrong number.
 APART = ("checks", "cli", "ledger", "plotting")
 
@@ -236,18 +253,45 @@ def is_seen(fault: Fault, tree: pathlib.Path, limit: int = LIMIT) -> bool:
     file = tree / fault.path
     source = file.read_text(encoding="utf-8")
     file.write_text(fault.applied(source), encoding="utf-8")
-    flags = "--xla_backend_optimization_level=0"
-    environment = os.environ | {"PYTHONPATH": str(tree / "src"), "XLA_FLAGS": flags}
-    environment[SWITCH] = "off"  # types are judged by their own tool, and this starts sooner
-    options = ["-n", "0", "-q", "-x", "-p", "no:cacheprovider"]
-    # The shell bounds the time: between fork and exec Python must not, as JAX has threads.
-    bound = ["sh", "-c", f'ulimit -t {limit} && exec "$@"', "sh"]
-    command = [*bound, sys.executable, "-m", "pytest", *options, *judges_of(fault.path, tree)]
+    judge = _processes().Process(target=_judge, args=(tree, judges_of(fault.path, tree), limit))
     try:
-        done = subprocess.run(command, cwd=tree, env=environment, capture_output=True)
+        # Two threads that ask `multiprocessing` at once how a process ended may hear two answers.
+        with ASKING:
+            judge.start()
+        connection.wait([judge.sentinel])
     finally:
         file.write_text(source, encoding="utf-8")
-    return done.returncode not in (0, 5)  # 5: there is no test
+    with ASKING:
+        return judge.exitcode not in (0, 5)  # 5: there is no test
+
+
+@functools.cache
+def _processes() -> ForkServerContext:
+    """Processes that are forked from one that has already imported what all of them import."""
+    os.environ.setdefault("MPLBACKEND", "Agg")  # as tests have it; matplotlib reads it once
+    processes = multiprocessing.get_context("forkserver")
+    processes.set_forkserver_preload([*COMMON])
+    return processes
+
+
+def _judge(tree: pathlib.Path, judges: list[str], limit: int) -> NoReturn:
+    """Run tests in the copy of the tree that this process moves into, and end as they do."""
+    resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
+    for stream in (1, 2):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+    os.chdir(tree)
+    for name in [name for name in sys.modules if name.partition(".")[0] == "tests"]:
+        del sys.modules[name]  # this file came with them, and the copy has its own
+    sys.path[:0] = [str(tree / "src"), str(tree)]
+    sys.dont_write_bytecode = True  # or the next process might read the code of this one's fault
+    os.environ |= {
+        "PYTHONPATH": str(tree / "src"),
+        "XLA_FLAGS": "--xla_backend_optimization_level=0",
+        SWITCH: "off",  # types are judged by their own tool, and this starts sooner
+    }
+    options = ["-n", "0", "-q", "-x", "-p", "no:cacheprovider", f"--basetemp={tree / '.tmp'}"]
+    options += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]  # of plugins in `COMMON`
+    sys.exit(pytest.main([*options, *judges]))
 
 
 def copies(count: int, folder: pathlib.Path) -> list[pathlib.Path]:
@@ -260,6 +304,7 @@ def copies(count: int, folder: pathlib.Path) -> list[pathlib.Path]:
             if (ROOT / name).is_file():
                 (tree / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(ROOT / name, tree / name)
+        compileall.compile_dir(tree / "src", quiet=1)
     return trees
 
 

@@ -13,6 +13,7 @@ from firstorder._argument_checks import (
     check_inside,
     check_integer,
     check_invertible,
+    check_key,
     check_not_negative,
     check_positive,
     check_shape,
@@ -131,3 +132,12 @@ def test_a_bound_from_above_is_not_reached():
 def test_a_name_in_place_of_a_shapes_number_is_told_with_what_to_write(x, meant):
     with pytest.raises(TypeError, match=rf"write scene\.named\('{meant}'\)\[0\] for the first"):
         check_index("index", x, 1)
+
+
+def test_keys_of_random_numbers_of_either_kind_pass_and_seeds_do_not():
+    for key in (jax.random.key(0), jax.random.PRNGKey(0)):
+        check_key("key", key)
+        jax.jit(lambda key: check_key("key", key))(key)
+    for seed in (0, np.int32(0), np.zeros(2), None):
+        with pytest.raises(TypeError, match=r"^Argument `key` must be a key of random numbers"):
+            check_key("key", seed)

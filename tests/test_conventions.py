@@ -30,8 +30,8 @@ from firstorder.fields import Grid, discrete_transform, gaussian
 
 
 def test_angles_turn_counter_clockwise_from_the_normal():
-    np.testing.assert_allclose(direction(jnp.array(0.0)), [0.0, 1.0], atol=1e-15)
-    np.testing.assert_allclose(direction(jnp.array(0.5 * np.pi)), [-1.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(direction(jnp.array(0.0)), [0.0, 1.0], rtol=0.0, atol=1e-15)
+    np.testing.assert_allclose(direction(jnp.array(0.5 * np.pi)), [-1.0, 0.0], rtol=0.0, atol=1e-15)
     d = direction(jnp.linspace(-1.0, 1.0, 5))
     assert np.all(np.diff(np.arctan2(d[:, 1], d[:, 0])) > 0)
 
@@ -46,14 +46,16 @@ def test_an_axis_states_the_frame_that_nobody_stated():
 
 def test_directions_of_space_by_their_angles():
     up, x, y = np.eye(3)[[2, 0, 1]]
-    np.testing.assert_allclose(polar(jnp.array(0.0), jnp.array(1.0)), up, atol=1e-15)
+    np.testing.assert_allclose(polar(jnp.array(0.0), jnp.array(1.0)), up, rtol=0.0, atol=1e-15)
     for phi, axis in ((0.0, x), (0.5 * np.pi, y)):
-        np.testing.assert_allclose(polar(jnp.array(0.5 * np.pi), jnp.array(phi)), axis, atol=1e-15)
+        np.testing.assert_allclose(
+            polar(jnp.array(0.5 * np.pi), jnp.array(phi)), axis, rtol=0.0, atol=1e-15
+        )
         along, across = azimuth_axes(jnp.array(phi))
-        np.testing.assert_allclose(along, axis, atol=1e-15)
-        np.testing.assert_allclose(across, np.cross(up, axis), atol=1e-15)  # to the left
+        np.testing.assert_allclose(along, axis, rtol=0.0, atol=1e-15)
+        np.testing.assert_allclose(across, np.cross(up, axis), rtol=0.0, atol=1e-15)  # to the left
     found = cylindrical(jnp.array(2.0), jnp.array([0.0, np.pi]), jnp.array(3.0))
-    np.testing.assert_allclose(found, [[2.0, 0.0, 3.0], [-2.0, 0.0, 3.0]], atol=1e-15)
+    np.testing.assert_allclose(found, [[2.0, 0.0, 3.0], [-2.0, 0.0, 3.0]], rtol=0.0, atol=1e-15)
 
 
 def test_a_ball_with_outward_normals_has_a_negative_curvature():
@@ -96,7 +98,9 @@ def test_local_and_mirrored_angles():
     assert to_global(to_local(theta, n), n) == pytest.approx(0.7)
     mirrored = direction(mirror_direction(theta, n))
     normal, d = direction(n), direction(theta)
-    np.testing.assert_allclose(mirrored, 2.0 * jnp.dot(d, normal) * normal - d, atol=1e-14)
+    np.testing.assert_allclose(
+        mirrored, 2.0 * jnp.dot(d, normal) * normal - d, rtol=0.0, atol=1e-14
+    )
 
 
 def test_frames_name_their_coordinates():

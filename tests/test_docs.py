@@ -210,10 +210,10 @@ def test_the_picture_of_the_conventions_has_the_codes_directions():
         np.asarray(line.get_xydata())[-1] for line in panels[0].lines if line.get_alpha() == 0.0
     ]
     expected = [(0.0, 1.0), (-np.sin(0.6), np.cos(0.6)), (1.0, 0.0)]
-    np.testing.assert_allclose(tips, expected, atol=1e-12)
+    np.testing.assert_allclose(tips, expected, rtol=0.0, atol=1e-12)
     longest = max(panels[5].lines, key=lambda line: np.size(line.get_xdata()))
     lamp = np.asarray(longest.get_xydata())
-    np.testing.assert_allclose(lamp[[0, -1]], [(3.0, 2.0), (1.0, 2.0)], atol=1e-12)
+    np.testing.assert_allclose(lamp[[0, -1]], [(3.0, 2.0), (1.0, 2.0)], rtol=0.0, atol=1e-12)
     text = drawn.pages()["sides.svg"]
     assert text == drawn.pages()["sides.svg"]
     assert "l'(x, v) = l(x - v d, v)" in text

@@ -2,10 +2,22 @@
 
 import ast
 import pathlib
+import subprocess
+import sys
 
 import pytest
 
-from tests.mutants import ROOT, all_faults, faults_in, is_seen, judges_of, mirrored
+from tests.mutants import (
+    COMMON,
+    ROOT,
+    Fault,
+    all_faults,
+    copies,
+    faults_in,
+    is_seen,
+    judges_of,
+    mirrored,
+)
 
 SOURCE = '''
 LIMIT = 3.0 - 1.0
@@ -109,14 +121,46 @@ def test_a_file_that_nobody_imports_is_judged_by_its_chapter(tmp_path):
     assert judges_of(asked, tmp_path) == [asked, "tests/a/test_c.py"]
 
 
-@pytest.mark.parametrize(("test", "seen"), [("f(2.0) == 4.0", True), ("f(2.0) > 0.0", False)])
+def test_what_is_imported_beforehand_leaves_jax_asleep():
+    """A process with threads must not be forked, and JAX has some once it has looked for devices.
+
+    None of ours is among it: a process would read it before it has moved into its copy.
+    """
+    program = [f"import {name}" for name in COMMON] + [
+        "import sys, threading",
+        "from jax._src.xla_bridge import backends_are_initialized",
+        "names = [name for name in sys.modules if name.split('.')[0] in ('firstorder', 'tests')]",
+        "print(backends_are_initialized(), threading.active_count(), names)",
+    ]
+    command = [sys.executable, "-c", "\n".join(program)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout == "False 1 []\n"
+
+
+def test_nothing_is_seen_where_nothing_is_changed(tmp_path):
+    (tree,) = copies(1, tmp_path)
+    path = "src/firstorder/transport/events/travel.py"
+    assert not is_seen(Fault(path, 0, 0, ""), tree)
+    assert (tree / path).read_bytes() == (ROOT / path).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("test", "seen"),
+    [
+        ("assert f(2.0) == 4.0", True),
+        ("assert f(2.0) > 0.0", False),
+        ("assert f(2.0) == 4.0 or os.kill(os.getpid(), signal.SIGKILL)", True),
+        ("while f(2.0) != 4.0: pass", True),
+    ],
+)
 def test_a_change_is_seen_by_a_test_that_bites(tmp_path, test, seen):
     path = "src/package/thing.py"
     (tmp_path / path).parent.mkdir(parents=True)
     (tmp_path / path).write_text("def f(x):\n    return x + x\n")
     file = tmp_path / "tests" / "test_thing.py"
     file.parent.mkdir()
-    file.write_text(f"from package.thing import f\n\n\ndef test_f():\n    assert {test}\n")
+    imported = "import os, signal\nfrom package.thing import f\n"
+    file.write_text(f"{imported}\n\ndef test_f():\n    {test}\n")
     (dropped,) = [f for f in faults_in(path, (tmp_path / path).read_text()) if f.text == "x"]
-    assert is_seen(dropped, tmp_path) == seen
+    assert is_seen(dropped, tmp_path, limit=4) == seen
     assert (tmp_path / path).read_text() == "def f(x):\n    return x + x\n"

@@ -93,12 +93,12 @@ def test_the_shadow_of_the_example_is_that_of_a_disc(shadow):
         return np.array([by_place, closed(x, r + h) - closed(x, r - h)]) / (2.0 * h)
 
     by_place, by_radius = closed_slopes(x)
-    np.testing.assert_allclose(names["by_place"][k], by_place, atol=1e-8)
-    np.testing.assert_allclose(names["by_radius"][k], by_radius, atol=1e-8)
+    np.testing.assert_allclose(names["by_place"][k], by_place, rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(names["by_radius"][k], by_radius, rtol=0.0, atol=1e-8)
     bend = jax.hessian(names["E"])(0.3, r)
     far = 1e-4
     twice = (closed(0.3 + far, r) - 2.0 * closed(0.3, r) + closed(0.3 - far, r)) / far**2
-    np.testing.assert_allclose(bend, twice, atol=2e-6)
+    np.testing.assert_allclose(bend, twice, rtol=0.0, atol=2e-6)
     less, takes = -0.01 * closed_slopes(0.1)
     numbers = [float(n) for n in re.findall(r"[\d.]+(?= W/m)", said)]
     rounded = [round(closed(0.1, r), 3), round(less, 4), round(takes, 4)]
@@ -137,7 +137,7 @@ def test_the_events_of_the_page_of_space_are_those_of_one_sided_differences():
         before, at, after = (float(E(x + s * h)) for s in (-1.0, 0.0, 1.0))
         further = float(E(x - 2.0 * h)), float(E(x + 2.0 * h))
         slopes = 3.0 * at - 4.0 * before + further[0], -3.0 * at + 4.0 * after - further[1]
-        np.testing.assert_allclose((slopes[1] - slopes[0]) / (2.0 * h), jump, atol=1e-4)
+        np.testing.assert_allclose((slopes[1] - slopes[0]) / (2.0 * h), jump, rtol=0.0, atol=1e-4)
 
 
 def test_the_page_of_pictures_shows_what_its_example_draws_and_prints(

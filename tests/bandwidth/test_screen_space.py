@@ -43,13 +43,13 @@ def test_differences_are_means_over_neighbours_that_show_the_same():
     to_eye = EYE - POSITION
     to_eye = to_eye / np.linalg.norm(to_eye, axis=-1, keepdims=True)
     mirrored = 2.0 * np.sum(NORMAL * to_eye, -1, keepdims=True) * NORMAL - to_eye
-    np.testing.assert_allclose(got.mirrored, differences(mirrored), atol=1e-14)
-    np.testing.assert_allclose(got.normal, differences(NORMAL), atol=1e-14)
+    np.testing.assert_allclose(got.mirrored, differences(mirrored), rtol=0.0, atol=1e-14)
+    np.testing.assert_allclose(got.normal, differences(NORMAL), rtol=0.0, atol=1e-14)
     x = differences(POSITION)
-    np.testing.assert_allclose(got.position, x, atol=1e-14)
+    np.testing.assert_allclose(got.position, x, rtol=0.0, atol=1e-14)
     for i, j in np.ndindex(W, H):
         across = np.eye(3) - np.outer(mirrored[i, j], mirrored[i, j])
-        np.testing.assert_allclose(got.moved[i, j], across @ x[i, j], atol=1e-14)
+        np.testing.assert_allclose(got.moved[i, j], across @ x[i, j], rtol=0.0, atol=1e-14)
     np.testing.assert_array_equal(got.normal[2, 1], 0.0)  # it shows what no neighbour shows
 
 

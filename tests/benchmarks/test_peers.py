@@ -56,7 +56,7 @@ def test_its_differences_are_our_gradient(name, question):
     truth = reference.gradients(shadow, places, question)
     (found,) = contenders.ways(shadow, places, question)[0].budgets[1](0)
     # What two steps say of the error, and what quadrature leaves of its own.
-    np.testing.assert_allclose(found, truth.value, atol=truth.error + 1e-9)
+    np.testing.assert_allclose(found, truth.value, rtol=0.0, atol=truth.error + 1e-9)
 
 
 def test_a_ball_a_little_too_large_is_seen(monkeypatch):
@@ -104,7 +104,7 @@ def test_what_radiance_gets_is_our_scene(scene):
         kind, center, axes = shapes[int(words[0][1:])]
         corners = np.array(words[6:], float).reshape(4, 3)
         q = (corners - center) @ np.linalg.inv(axes).T
-        np.testing.assert_allclose(np.abs(q[:, :2]), 1.0, atol=1e-6)
+        np.testing.assert_allclose(np.abs(q[:, :2]), 1.0, rtol=0.0, atol=1e-6)
         out = np.cross(corners[1] - corners[0], corners[2] - corners[1])
         ahead = corners.mean(0) - center if kind == "Boxes" else axes[:, 2]
         assert out @ ahead > 0.0

@@ -308,7 +308,7 @@ def test_three_lines_make_a_cache(dims):
     caching = Cache.of(c, region, fill(c, region, random_orders(64, 1)[0]))
     answer = caching(places)
     assert np.all(answer.covered)
-    np.testing.assert_allclose(answer.value, c.value, atol=0.05)
+    np.testing.assert_allclose(answer.value, c.value, rtol=0.0, atol=0.05)
 
 
 @pytest.mark.smoke
@@ -455,7 +455,7 @@ def test_records_of_a_plane_answer_with_that_plane(x, height, slope):
     slope = np.asarray(slope)
     records = Candidates.of(POSITIONS, height + POSITIONS @ slope, np.tile(slope, (COUNT, 1)))
     found, _ = _answers_at(records, jnp.asarray(SHAPES), jnp.asarray(x), (1, False))
-    np.testing.assert_allclose(found, height + x @ slope, atol=1e-12)
+    np.testing.assert_allclose(found, height + x @ slope, rtol=0.0, atol=1e-12)
 
 
 def test_a_table_with_gaps_for_what_did_not_act_is_read():

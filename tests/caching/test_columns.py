@@ -2,9 +2,25 @@
 
 import numpy as np
 
-from firstorder.caching._columns import printed
+from firstorder.caching._columns import printed, records_of
 
 
 def test_numbers_stand_below_their_names():
     table = {"x": np.array([1.0 / 3.0, 2.0]), "clamp": np.array(["raised", ""])}
     assert printed(table) == "      x   clamp\n0.33333  raised\n      2"
+
+
+def test_records_of_a_plane_are_read_from_their_columns():
+    """An ellipse whose longer axis, 2 m, leans by 30 degrees."""
+    table = {name: np.array([float(k)]) for k, name in enumerate(("x", "y", "E", "dE_dx", "dE_dy"))}
+    second = {"d2E_dx2": np.array([5.0]), "d2E_dxdy": np.array([6.0]), "d2E_dy2": np.array([7.0])}
+    size = {"radius": np.array([2.0]), "shorter": np.array([0.5]), "angle": np.array([np.pi / 6])}
+    records, region = records_of(table | second | size)
+    np.testing.assert_array_equal(records.position, [[0.0, 1.0]])
+    np.testing.assert_array_equal(records.value, [2.0])
+    np.testing.assert_array_equal(records.gradient, [[3.0, 4.0]])
+    np.testing.assert_array_equal(records.hessian, [[[5.0, 6.0], [6.0, 7.0]]])
+    assert records.third is None
+    along, across = np.array([3.0**0.5, 1.0]), np.array([-1.0, 3.0**0.5])  # of both axes' ends
+    np.testing.assert_allclose(region.matrix[0] @ along, along / 2.0, rtol=1e-14)
+    np.testing.assert_allclose(region.matrix[0] @ across, across / 0.5, rtol=1e-14)

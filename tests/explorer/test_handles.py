@@ -51,14 +51,14 @@ def test_a_handle_changes_its_part_alone(name):
 def test_a_free_handle_is_where_it_was_moved(name):
     to = np.asarray(handles.handles(BOARD)[name]) + np.array([0.03, -0.02])
     after = handles.move(BOARD, name, to)
-    np.testing.assert_allclose(handles.handles(after)[name], to, atol=1e-12)
+    np.testing.assert_allclose(handles.handles(after)[name], to, rtol=0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_handle_moved_nowhere_changes_nothing_that_is_seen(name):
     after = handles.move(BOARD, name, handles.handles(BOARD)[name])
     for a, b in zip(after.parts, BOARD.parts, strict=True):
-        np.testing.assert_allclose(a.outline(), b.outline(), atol=1e-12)
+        np.testing.assert_allclose(a.outline(), b.outline(), rtol=0.0, atol=1e-12)
 
 
 def test_a_body_keeps_its_shape():
@@ -93,11 +93,13 @@ def test_a_bend_keeps_both_ends_and_passes_the_mouse_by_its_height():
         to = 0.5 * (start + end) + height * across + 0.05 * along
         part = handles.move(BOARD, f"{k}.bend", to).parts[k]
         p, q, r = part.outline(2)
-        np.testing.assert_allclose([p, r], [start, end], atol=1e-9)
+        np.testing.assert_allclose([p, r], [start, end], rtol=0.0, atol=1e-9)
         least = boards.FLATTEST * np.hypot(*(end - start))
         got = (q - 0.5 * (start + end)) @ across
         assert part.kind == "arc"
-        np.testing.assert_allclose(got, np.copysign(max(abs(height), least), height), atol=1e-9)
+        np.testing.assert_allclose(
+            got, np.copysign(max(abs(height), least), height), rtol=0.0, atol=1e-9
+        )
     half = handles.move(BOARD, f"{k}.bend", start + 9.0 * across).parts[k]
     np.testing.assert_allclose(abs(half.numbers["sweep"]), np.pi)
 
@@ -146,8 +148,8 @@ def test_the_probe_stands_where_the_scene_has_it(name):
     board = dataclasses.replace(handles.received_by(BOARD, k), probe=0.3125)
     place, n = handles.probe_frame(board)
     frame = board.scene().frame(k, 0.3125)
-    np.testing.assert_allclose(place, frame.position, atol=1e-12)
-    np.testing.assert_allclose(np.exp(1j * n), np.exp(1j * float(frame.n)), atol=1e-12)
+    np.testing.assert_allclose(place, frame.position, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(np.exp(1j * n), np.exp(1j * float(frame.n)), rtol=0.0, atol=1e-12)
 
 
 def test_a_press_takes_the_nearest_handle_or_else_a_line():
@@ -209,6 +211,8 @@ def test_bodies_are_what_is_closed_and_rings_that_run_clockwise():
 
 def test_an_arc_through_three_points_has_its_ends_and_its_middle():
     part = Part("arc", bent((0.0, 0.0), (2.0, 0.0), (1.0, 0.5)))
-    np.testing.assert_allclose(part.outline(2), [(0.0, 0.0), (1.0, 0.5), (2.0, 0.0)], atol=1e-12)
+    np.testing.assert_allclose(
+        part.outline(2), [(0.0, 0.0), (1.0, 0.5), (2.0, 0.0)], rtol=0.0, atol=1e-12
+    )
     assert part.numbers["sweep"] < 0.0  # a bulge to its left runs clockwise
     np.testing.assert_allclose(part.arc_length(np.array(1.0)), 2.0 * 1.25 * np.arctan2(1.0, 0.75))

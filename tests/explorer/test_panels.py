@@ -76,17 +76,17 @@ def test_jumps_are_where_the_visual_events_are_and_have_both_sides(lit):
         assert lit.s[k] <= place + 1e-9
         assert place <= lit.s[k + 1] + 1e-9
         assert lit.s[k + 1] - lit.s[k] < 1e-8
-        np.testing.assert_allclose(lit.E[k + 1, 1] - lit.E[k, 1], J, atol=1e-6)
+        np.testing.assert_allclose(lit.E[k + 1, 1] - lit.E[k, 1], J, rtol=0.0, atol=1e-6)
 
 
 def test_what_is_sent_is_what_was_found(lit):
     one = asked(crossed())
     one.__dict__["lit"] = lit
     sent = panels.curve_panel(one)
-    np.testing.assert_allclose(filled(sent["x"]), 2.0 * lit.s, atol=5.1e-6)
+    np.testing.assert_allclose(filled(sent["x"]), 2.0 * lit.s, rtol=0.0, atol=5.1e-6)
     for k, key in enumerate(("E", "E1", "E2")):
         near = 6e-6 * np.max(np.abs(lit.E[:, k]))  # six digits of the largest
-        np.testing.assert_allclose(filled(sent[key]), lit.E[:, k], atol=near)
+        np.testing.assert_allclose(filled(sent[key]), lit.E[:, k], rtol=0.0, atol=near)
     assert sent["jump"] == lit.jump.tolist()
 
 
@@ -162,7 +162,7 @@ def test_the_light_field_is_the_scenes():
     x, theta = 2.0 * (strips[:, 0] + 0.5) / COUNT - 1.0, 0.5 * (strips[:, 1] + strips[:, 2])
     true = jax.vmap(L)(x, theta)
     assert len(x) > 40
-    np.testing.assert_allclose(strips[:, 4], true, atol=1e-6)
+    np.testing.assert_allclose(strips[:, 4], true, rtol=0.0, atol=1e-6)
     assert set(np.round(np.asarray(true), 6)) == {0.0, 0.25, 1.0}
 
 
@@ -199,8 +199,8 @@ def test_the_spectrum_is_that_of_the_shadow_light_field_in_its_own_frame():
     near = slice(n // 2 - programs.SHOWN, n // 2 + programs.SHOWN + 1)
     amplitude = np.sqrt(np.asarray(energy))[near, near]
     shade = 1.0 + np.log10(np.maximum(amplitude / amplitude.max(), 1e-4)) / 4.0
-    np.testing.assert_allclose(np.array(found["cells"]), shade, atol=2e-6)
-    np.testing.assert_allclose(found["depths"], (0.2386, 0.4973), atol=1e-5)
+    np.testing.assert_allclose(np.array(found["cells"]), shade, rtol=0.0, atol=2e-6)
+    np.testing.assert_allclose(found["depths"], (0.2386, 0.4973), rtol=0.0, atol=1e-5)
     wedge = Wedge(0.2386, 0.4973)
     np.testing.assert_allclose(found["slopes"], wedge.slopes(1.0), rtol=1e-4)
 
@@ -215,8 +215,8 @@ def test_the_spectrum_is_that_of_the_shadow_light_field_in_its_own_frame():
     aslant = panels.spectrum_panel(asked(Board(tuple(map(turned, parts)))))
     # The disc's top is one of 65 points of its rim.
     top = 0.0603 * (1.0 - np.cos(np.pi / 64.0)) / 0.2386**2
-    np.testing.assert_allclose(aslant["slopes"], found["slopes"], atol=top + 1e-5)
-    np.testing.assert_allclose(aslant["cells"], found["cells"], atol=1e-5)
+    np.testing.assert_allclose(aslant["slopes"], found["slopes"], rtol=0.0, atol=top + 1e-5)
+    np.testing.assert_allclose(aslant["cells"], found["cells"], rtol=0.0, atol=1e-5)
 
 
 def test_the_spectrum_says_why_it_is_not_there():
@@ -241,15 +241,15 @@ def test_the_records_answer_as_a_cache_of_them_alone(lit):
     np.testing.assert_allclose(found["reach"], region.radius, rtol=1e-4)
     answer = Cache.of(table, region)(2.0 * one.grid[:, None])
     assert bool(np.all(answer.covered))
-    np.testing.assert_allclose(found["answer"], answer.value, atol=1e-6)
+    np.testing.assert_allclose(found["answer"], answer.value, rtol=0.0, atol=1e-6)
     finer = asked(dataclasses.replace(board, tolerance=1e-3))
     finer.__dict__["lit"] = lit
     more = panels.record_panel(finer)
     assert len(more["x"]) > len(found["x"])
     for given in (found, more):
         error = filled(given["answer"]) - E[:, 0]
-        np.testing.assert_allclose(given["worst"], np.max(np.abs(error)), atol=2e-6)
-        np.testing.assert_allclose(given["rms"], np.sqrt(np.mean(error**2)), atol=2e-6)
+        np.testing.assert_allclose(given["worst"], np.max(np.abs(error)), rtol=0.0, atol=2e-6)
+        np.testing.assert_allclose(given["rms"], np.sqrt(np.mean(error**2)), rtol=0.0, atol=2e-6)
 
 
 def test_a_cache_without_light_says_so():
@@ -313,15 +313,15 @@ def test_the_path_is_the_first_order_of_real_rays(case):
         law = event.law(frame)
         M, frame = M @ law.M, law.to if getattr(law, "to", None) is not None else frame
     zero = through(board, ray, jnp.zeros(2))
-    np.testing.assert_allclose(zero, 0.0, atol=1e-9)
+    np.testing.assert_allclose(zero, 0.0, rtol=0.0, atol=1e-9)
     true = jax.jacfwd(lambda u: through(board, ray, u))(jnp.zeros(2))
-    np.testing.assert_allclose(M, true, atol=1e-8)
+    np.testing.assert_allclose(M, true, rtol=0.0, atol=1e-8)
     found = panels.path_panel(asked(board))["steps"]
     first = np.array(found[0]["light"])
     np.testing.assert_allclose(first, np.diag([ray.sigma**2, paths.SPREAD**2]), rtol=1e-4)
     inverse = np.linalg.inv(np.asarray(true))
     last = inverse @ first @ inverse.T
-    np.testing.assert_allclose(found[-1]["light"], last, atol=2e-4 * np.max(np.abs(last)))
+    np.testing.assert_allclose(found[-1]["light"], last, rtol=0.0, atol=2e-4 * np.max(np.abs(last)))
 
 
 def test_a_path_that_is_none_says_so():

@@ -60,15 +60,15 @@ def test_a_slit_beside_the_window_has_no_image_in_it(side):
     waves, sizes = np.asarray(series.frequencies), np.asarray(series.coefficients)
     for u in ((-0.7, 0.5), (0.1, -0.4), (1.1, -0.8)):
         total = np.sum(sizes * np.exp(2j * np.pi * waves @ u))
-        np.testing.assert_allclose(total, slit.at(jnp.array(u)), atol=1e-9)
+        np.testing.assert_allclose(total, slit.at(jnp.array(u)), rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", APERTURES)
 def test_jets(name):
     field, u = APERTURES[name], jnp.array([0.1, 0.25])
     true = autodiff_jet(field.at, u, FLATLAND)
-    np.testing.assert_allclose(field.jet(u).hessian, true.hessian, atol=1e-13)
-    np.testing.assert_allclose(field.jet(u).gradient, true.gradient, atol=1e-13)
+    np.testing.assert_allclose(field.jet(u).hessian, true.hessian, rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(field.jet(u).gradient, true.gradient, rtol=0.0, atol=1e-13)
 
 
 @pytest.mark.parametrize("name", ["bars", "grating"])

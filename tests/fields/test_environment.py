@@ -38,7 +38,7 @@ def sky():
 def test_a_series_through_samples_is_exact_below_the_nyquist_limit(samples):
     f = Harmonics([0.5, 0.3, -0.2, 0.1], [0.0, 0.4, 0.1, -0.3])
     theta = np.linspace(-4.0, 4.0, 11)
-    np.testing.assert_allclose(Harmonics.of(f, samples)(theta), f(theta), atol=1e-14)
+    np.testing.assert_allclose(Harmonics.of(f, samples)(theta), f(theta), rtol=0.0, atol=1e-14)
 
 
 def test_the_spectrum_of_one_period_is_its_integral():
@@ -47,7 +47,7 @@ def test_the_spectrum_of_one_period_is_its_integral():
     theta, weight = np.pi * x, np.pi * weight
     for Omega in (0.0, 0.5 / np.pi, -0.37, 1.2):
         truth = np.sum(weight * f(theta) * np.exp(-2j * np.pi * Omega * theta))
-        np.testing.assert_allclose(f.spectrum()(Omega), truth, atol=1e-13)
+        np.testing.assert_allclose(f.spectrum()(Omega), truth, rtol=0.0, atol=1e-13)
 
 
 def test_the_covariance_of_a_series_is_that_of_its_lines():
@@ -94,10 +94,12 @@ def test_a_disk_subtends_the_angle_it_should():
         return 2.0 * jnp.arcsin(0.3 / jnp.sqrt(1.2**2 + (x - 0.3) ** 2))
 
     jets = jax.jit(lambda x: E.jets(x))(x)
-    np.testing.assert_allclose(jets.value, angle(x), atol=1e-12)
-    np.testing.assert_allclose(jets.gradient[:, 0], jax.vmap(jax.grad(angle))(x), atol=1e-11)
+    np.testing.assert_allclose(jets.value, angle(x), rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(
+        jets.gradient[:, 0], jax.vmap(jax.grad(angle))(x), rtol=0.0, atol=1e-11
+    )
     bend = jax.vmap(jax.grad(jax.grad(angle)))(x)
-    np.testing.assert_allclose(jets.hessian[:, 0, 0], bend, atol=1e-10)
+    np.testing.assert_allclose(jets.hessian[:, 0, 0], bend, rtol=0.0, atol=1e-10)
 
 
 @pytest.mark.parametrize("frame", [FLATLAND, FLATLAND_SLOPE])
@@ -143,7 +145,9 @@ def test_a_near_light_far_away_is_an_environment():
         near = NearLight([-D * np.sin(a), D * np.cos(a)], ball)
         errors.append(np.max(np.abs(near(x, theta) - far(x, theta))))
     assert errors[0] < 0.03
-    np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 1.0, atol=0.05)
+    np.testing.assert_allclose(
+        np.log2(np.array(errors[:-1]) / errors[1:]), 1.0, rtol=0.0, atol=0.05
+    )
 
 
 @pytest.mark.parametrize(

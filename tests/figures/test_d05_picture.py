@@ -19,7 +19,7 @@ def test_the_light_of_the_receiver_is_that_of_rays_to_all_slopes(balls, hidden):
     found = picture.source_light(points, np.tile(UP, (9, 1)), blockers, nodes=60 if hidden else 20)
     # A ball's rim passes between nodes: a row of them, of some twenty that count, is undecided.
     off = 0.05 * rays.max() if hidden else 1e-5 * rays.max()
-    assert np.allclose(found.reshape(3, 3), rays, atol=off)
+    assert np.allclose(found.reshape(3, 3), rays, rtol=0.0, atol=off)
     if hidden:
         assert np.max(abs(rays - receiver.irradiance(None, x, 400))) > 4.0 * off
 

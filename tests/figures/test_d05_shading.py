@@ -53,7 +53,7 @@ def test_nodes_of_a_lobe_have_its_flux_and_its_mean_direction(which):
     m = np.array(which["center"]) / np.linalg.norm(which["center"])
     mean = (1.0 / np.tanh(k) - 1.0 / k) * m
     assert float(whole) == pytest.approx(2.0 * np.pi / k * which["radiance"], rel=1e-6)
-    np.testing.assert_allclose(np.mean(np.asarray(w), 0), mean, atol=2e-3)
+    np.testing.assert_allclose(np.mean(np.asarray(w), 0), mean, rtol=0.0, atol=2e-3)
     np.testing.assert_allclose(np.linalg.norm(np.asarray(w), axis=1), 1.0, rtol=1e-12)
 
 
@@ -62,7 +62,7 @@ def test_directions_about_an_axis_have_the_density_of_the_lobe(exponent):
     """The mean of cos^2 under (s + 1) cos^s / 2 pi is (s + 1) / (s + 3)."""
     w = np.asarray(shading.about(512, exponent))
     assert np.mean(w[:, 2] ** 2) == pytest.approx((exponent + 1.0) / (exponent + 3.0), rel=1e-3)
-    np.testing.assert_allclose(np.mean(w[:, :2], 0), 0.0, atol=5e-3)
+    np.testing.assert_allclose(np.mean(w[:, :2], 0), 0.0, rtol=0.0, atol=5e-3)
 
 
 def lamp(w):
@@ -153,7 +153,7 @@ def test_slopes_of_blockers_are_those_of_the_shapes(shapes, faces):
     a, b = found
     assert a.shape == (3, len(at))
     assert np.all(np.max(a, 1) > 0.3)
-    np.testing.assert_allclose(b, a, atol=0.02 * np.max(a))
+    np.testing.assert_allclose(b, a, rtol=0.0, atol=0.02 * np.max(a))
 
 
 def test_what_lies_below_a_face_is_hidden_and_no_blocker(faces):

@@ -92,7 +92,7 @@ def test_strata_of_rays_agree_far_better(flux):
     inside = (which >= 0) & (which < len(flux))
     total = np.bincount(which[inside], share[inside], minlength=len(flux)) * 1.998 / N
     # A bin's edges cut strata: a few of N rays, more where they are dense.
-    np.testing.assert_allclose(total, flux, atol=20.0 * 1.998 / N)
+    np.testing.assert_allclose(total, flux, rtol=0.0, atol=20.0 * 1.998 / N)
 
 
 def test_disc_keeps_all_power():
@@ -121,7 +121,9 @@ def test_folds_are_where_the_screen_meets_the_caustic():
     assert int(real.sum()) == 2
     for ray, s in zip(q[real], places[real], strict=True):
         point, _ = lens.envelope(ray)
-        np.testing.assert_allclose(np.asarray(point), [2.0 - 4.0 * float(s), 1.25], atol=1e-9)
+        np.testing.assert_allclose(
+            np.asarray(point), [2.0 - 4.0 * float(s), 1.25], rtol=0.0, atol=1e-9
+        )
 
 
 def test_irradiance_beside_a_fold_grows_as_the_root_says():
@@ -142,7 +144,9 @@ def test_single_precision_beside_double_does_no_harm():
     double, single = lens.arrive(0.01), lens.arrive(jnp.float32(0.01))
     assert single.position.dtype == double.position.dtype
     # 6e-8 of a direction, over 12 m and two faces.
-    np.testing.assert_allclose(np.asarray(single.position), np.asarray(double.position), atol=1e-5)
+    np.testing.assert_allclose(
+        np.asarray(single.position), np.asarray(double.position), rtol=0.0, atol=1e-5
+    )
     assert np.all(np.isfinite(np.asarray(lens.envelope(jnp.float32(0.01))[0])))
 
 
@@ -199,7 +203,9 @@ def test_reflectance_is_that_of_the_interface_event_with_total_reflection():
     theta = np.linspace(0.0, 1.5, 7)
     for eta in (1.5, 1.0 / 1.5):
         expected = [float(Fresnel(eta)(0.0, t)) for t in theta]
-        np.testing.assert_allclose(fresnel_reflectance(eta, np.cos(theta)), expected, atol=1e-14)
+        np.testing.assert_allclose(
+            fresnel_reflectance(eta, np.cos(theta)), expected, rtol=0.0, atol=1e-14
+        )
     u, ok = _refracted(
         jnp.array([np.sin(1.0), np.cos(1.0)]), jnp.array([0.0, -1.0]), jnp.asarray(0.5)
     )
@@ -258,7 +264,7 @@ def barred(bars):
 def test_light_reaches_the_edge_of_every_shadow(bars):
     found, edges, x = barred(bars)
     dark = np.any((edges[:, :1] < x) & (x < edges[:, 1:]), 0)
-    np.testing.assert_allclose(found, np.where(dark, 0.0, 1.0), atol=1e-12)
+    np.testing.assert_allclose(found, np.where(dark, 0.0, 1.0), rtol=0.0, atol=1e-12)
 
 
 def test_more_rims_than_can_be_followed_are_no_answer():

@@ -40,7 +40,9 @@ def test_a_ball_of_faces_comes_to_be_the_ball():
     p, names = places(), ("distance", "normal", "cosine", "S")
     ball = Scene.of(primitive(sphere((0.0, 0.0, 0.0), 0.8)))
     true = gbuffer(ball, CAMERA, p, np.zeros(len(p), int))
-    np.testing.assert_allclose(true.S, np.broadcast_to(-np.eye(2) / 0.8, (len(p), 2, 2)), atol=1e-9)
+    np.testing.assert_allclose(
+        true.S, np.broadcast_to(-np.eye(2) / 0.8, (len(p), 2, 2)), rtol=0.0, atol=1e-9
+    )
     errors = []
     for levels in (2, 3):
         piece = bumpy_sphere(0.8, lambda v: 0.0 * v[:, 0], levels)
@@ -53,7 +55,7 @@ def test_a_ball_of_faces_comes_to_be_the_ball():
         np.testing.assert_allclose(*glossy, rtol=1.1 * sum(factors))
         assert sum(factors) < 0.1 * 4.0 ** (2 - levels)
     orders = [fitted_order([0.25, 0.125], e) for e in np.array(errors).T]
-    np.testing.assert_allclose(orders, 2.0, atol=0.1)
+    np.testing.assert_allclose(orders, 2.0, rtol=0.0, atol=0.1)
 
 
 def test_a_normal_that_leans_away_gives_way_to_the_faces_own():
@@ -68,7 +70,7 @@ def test_a_normal_that_leans_away_gives_way_to_the_faces_own():
     ):
         normals = jnp.broadcast_to(jnp.array(lean), flat.normals.shape)
         known = facet_gbuffer(Facets(flat.corners, normals, flat.part), CAMERA, p, face)
-        np.testing.assert_allclose(known.normal[0], expected, atol=1e-12)
+        np.testing.assert_allclose(known.normal[0], expected, rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(known.cosine, np.sum(known.normal * known.to_eye, 1))
         assert np.all(known.cosine > 0.0)
 
@@ -114,10 +116,12 @@ def test_first_hits_of_an_image_are_those_of_the_equations():
     met, eye = first < 2, np.asarray(CAMERA.eye)
     position = eye + np.min(t, 0)[:, None] * ways
     np.testing.assert_allclose(hits.distance.ravel()[met], np.min(t, 0)[met], rtol=1e-9)
-    np.testing.assert_allclose(hits.position.reshape(-1, 3)[met], position[met], atol=1e-9)
+    np.testing.assert_allclose(
+        hits.position.reshape(-1, 3)[met], position[met], rtol=0.0, atol=1e-9
+    )
     normal = np.where(first[:, None] == 0, position / 0.5, [0.0, 0.0, 1.0])
-    np.testing.assert_allclose(hits.normal.reshape(-1, 3)[met], normal[met], atol=1e-9)
-    np.testing.assert_allclose(hits.to_eye.reshape(-1, 3), -ways, atol=1e-12)
+    np.testing.assert_allclose(hits.normal.reshape(-1, 3)[met], normal[met], rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(hits.to_eye.reshape(-1, 3), -ways, rtol=0.0, atol=1e-12)
     np.testing.assert_array_equal(hits.distance.ravel()[~met], 1.0)
     other = primary_hits(scene, CAMERA, (24, 16), half_width=0.9)
     assert np.any(other.index != hits.index)  # the comparison can fail
@@ -137,7 +141,9 @@ def test_places_are_seen_as_pixels_are_and_faces_are_told_apart():
     faces = {int(k): image.normal[seen & (image.label == k)] for k in np.unique(image.label[seen])}
     assert len(faces) >= 2
     for normals in faces.values():
-        np.testing.assert_allclose(normals, np.broadcast_to(normals[0], normals.shape), atol=1e-12)
+        np.testing.assert_allclose(
+            normals, np.broadcast_to(normals[0], normals.shape), rtol=0.0, atol=1e-12
+        )
 
 
 def test_no_places_and_no_size():

@@ -69,8 +69,8 @@ def test_a_shape_is_seen_from_the_side_of_the_eye(side):
     np.testing.assert_allclose(at.view.to_eye, -ray(camera, P)[1], rtol=1e-12)
     T = np.asarray(at.point.tangents)
     S = bent(x, T, side)
-    np.testing.assert_allclose(at.S, S, atol=1e-8)
-    np.testing.assert_allclose(at.point.turning, -T @ S, atol=1e-8)
+    np.testing.assert_allclose(at.S, S, rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(at.point.turning, -T @ S, rtol=0.0, atol=1e-8)
     h = 1e-6
     moved = [(met(camera, P + h * e)[1] - met(camera, P - h * e)[1]) / (2.0 * h) for e in np.eye(2)]
     np.testing.assert_allclose(at.view.position_D_p, np.stack(moved, -1), rtol=1e-6)
@@ -129,12 +129,12 @@ def test_a_face_is_seen_from_the_side_of_the_eye(side):
     np.testing.assert_allclose(at.view.distance, t, rtol=1e-12)
     np.testing.assert_allclose(at.point.position, x, rtol=1e-12)
     np.testing.assert_allclose(at.point.normal, side * n, rtol=1e-12)
-    np.testing.assert_allclose(at.point.base_normal, side * up, atol=1e-12)
+    np.testing.assert_allclose(at.point.base_normal, side * up, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(at.view.to_eye, -ray(camera, P)[1], rtol=1e-12)
     T, h = np.asarray(at.point.tangents), 1e-6
     turn = np.stack([leaning(x + h * a)[0] - leaning(x - h * a)[0] for a in T.T], -1) / (2.0 * h)
-    np.testing.assert_allclose(at.point.turning, side * turn, atol=1e-8)
-    np.testing.assert_allclose(at.S, -T.T @ (side * turn), atol=1e-8)
+    np.testing.assert_allclose(at.point.turning, side * turn, rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(at.S, -T.T @ (side * turn), rtol=0.0, atol=1e-8)
     moved = [face_met(camera, P + h * e)[1] - face_met(camera, P - h * e)[1] for e in np.eye(2)]
     np.testing.assert_allclose(at.view.position_D_p, np.stack(moved, -1) / (2.0 * h), rtol=1e-6)
     assert at.lobe.albedo == (0.3 if side > 0.0 else 0.4)
@@ -214,6 +214,6 @@ def test_pictures_of_shapes_are_asked_at_their_own_place_and_normal():
         normals=lambda i, uv: jnp.array([0.6, 0.0, 0.8]), albedo=lambda i, uv: 0.1 + 0.5 * uv[0]
     )
     at = shape_seen(wall, camera, jnp.zeros(2), INDEX, SurfaceMaps(wrapped=wrapped))
-    np.testing.assert_allclose(at.point.normal, [0.6, 0.0, 0.8], atol=1e-12)
+    np.testing.assert_allclose(at.point.normal, [0.6, 0.0, 0.8], rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(at.lobe.albedo, 0.5 * (0.1 + 0.5 * 0.625), rtol=1e-12)
-    np.testing.assert_allclose(at.lobe.slope, [0.5 * 0.5 / 4.0, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(at.lobe.slope, [0.5 * 0.5 / 4.0, 0.0, 0.0], rtol=0.0, atol=1e-12)

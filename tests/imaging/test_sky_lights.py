@@ -102,9 +102,9 @@ def test_shifted_nodes_of_an_even_sky_are_so_far_out_of_the_middles_of_even_cell
     light = nodes(ConstantSky(2.0), 4, (0.3, -0.2))
     x, y, z = np.asarray(light.way).T.reshape(3, 4, 8)
     true = 2.0 * (np.arange(4) + 0.5 + 0.3) / 4 - 1.0
-    np.testing.assert_allclose(z, np.repeat(true[:, None], 8, 1), atol=1e-12)
+    np.testing.assert_allclose(z, np.repeat(true[:, None], 8, 1), rtol=0.0, atol=1e-12)
     turn = 8 * np.arctan2(y, x) / (2.0 * np.pi) - (np.arange(8) + 0.5 - 0.2)
-    np.testing.assert_allclose(turn - 8 * np.rint(turn / 8), 0.0, atol=1e-12)
+    np.testing.assert_allclose(turn - 8 * np.rint(turn / 8), 0.0, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(light.area, axis=1), 4.0 * np.pi / 32, rtol=1e-12)
 
 
@@ -227,13 +227,15 @@ def test_shifted_nodes_by_cosine_are_so_far_out_of_the_middles_of_their_cells():
         share = (z - ends[:-1, None]) / np.diff(ends)[:, None]
         np.testing.assert_allclose(share, 0.5 + shift, rtol=1e-12)
         turn = np.arctan2(y, x) / (2.0 * np.pi) * 10 - np.arange(10) - 0.5
-        np.testing.assert_allclose(turn - np.rint(turn / 10) * 10, shift / 3.0, atol=1e-12)
+        np.testing.assert_allclose(
+            turn - np.rint(turn / 10) * 10, shift / 3.0, rtol=0.0, atol=1e-12
+        )
         np.testing.assert_allclose(
             np.linalg.norm(light.area, axis=1).sum(), 2.0 * np.pi, rtol=1e-12
         )
     flux = [-(np.asarray(light.area) @ n).sum() / np.pi - 1.0 for light in lights]
     assert abs(flux[0]) > 0.1
-    np.testing.assert_allclose(sum(flux), 0.0, atol=1e-12)
+    np.testing.assert_allclose(sum(flux), 0.0, rtol=0.0, atol=1e-12)
 
 
 def test_less_noise_by_cosine_than_evenly():

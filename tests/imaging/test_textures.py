@@ -91,7 +91,9 @@ def test_shapes_know_their_u_and_v():
     three = one(triangle((0, 0, 0), (2, 0, 0), (0, 4, 0)))
     np.testing.assert_allclose(shape_uv(three, x([0.5, 1.0, 0.0])), [0.25, 0.25])
     ball = one(sphere((0, 0, 1), 2.0))
-    np.testing.assert_allclose(shape_uv(ball, x([0.0, 2.0, 1.0])), [0.75, 0.5], atol=1e-15)
+    np.testing.assert_allclose(
+        shape_uv(ball, x([0.0, 2.0, 1.0])), [0.75, 0.5], rtol=0.0, atol=1e-15
+    )
     np.testing.assert_allclose(shape_uv(ball, x([0.0, 0.0, 3.0])), [0.5, 1.0])
     high = 1.0 + np.sqrt(2.0)
     np.testing.assert_allclose(shape_uv(ball, x([np.sqrt(2.0), 0.0, high])), [0.5, 0.75])
@@ -118,7 +120,7 @@ def test_normal_maps_are_differentiable_in_their_pixels():
     """A spline's weights are 1 in all, and channels are twice the colours."""
     pixels = jnp.full((4, 4, 3), 0.75)
     slope = jax.jit(jax.grad(lambda p: image_normal_map(p)(jnp.array([0.3, 0.6]))[2]))(pixels)
-    np.testing.assert_allclose(slope.sum((0, 1)), [0.0, 0.0, 2.0], atol=1e-12)
+    np.testing.assert_allclose(slope.sum((0, 1)), [0.0, 0.0, 2.0], rtol=0.0, atol=1e-12)
 
 
 # --- bumps and normals against charts ------------------------------------------------------------
@@ -191,7 +193,7 @@ def test_green_leans_up_the_picture_where_it_lies_mirrored_too(side):
         return jnp.stack([side * x[0], x[1]])
 
     slopes = normal_map_slopes(image_normal_map(up), place, lambda x: jnp.array([0.0, 0.0, 1.0]))
-    np.testing.assert_allclose(slopes(jnp.zeros(3)), [0.0, -0.5, 0.0], atol=1e-12)
+    np.testing.assert_allclose(slopes(jnp.zeros(3)), [0.0, -0.5, 0.0], rtol=0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize("single", [False, True])

@@ -101,7 +101,9 @@ def test_u_and_v_of_placed_parts_are_those_of_the_file(tmp_path):
     x = np.asarray(found.corners)
     for face, here in zip(x, uv, strict=True):
         k = int(face[:, 0].min() / 2)
-        np.testing.assert_allclose(here, (face[:, :2] - [2 * k, 0]) * (k + 1) / 2, atol=1e-6)
+        np.testing.assert_allclose(
+            here, (face[:, :2] - [2 * k, 0]) * (k + 1) / 2, rtol=0.0, atol=1e-6
+        )
     assert sorted(x[:, :, 0].min(1)) == [0.0, 2.0]
 
 
@@ -114,7 +116,7 @@ def test_a_part_of_gltf_without_a_material_has_its_u_and_v_too(tmp_path):
     del tree["materials"], tree["meshes"][0]["primitives"][0]["material"]
     (tmp_path / "model.gltf").write_text(json.dumps(tree))
     found, uv = read_mesh_uv(tmp_path / "model.gltf")
-    np.testing.assert_allclose(uv, np.asarray(found.corners)[..., :2], atol=1e-6)
+    np.testing.assert_allclose(uv, np.asarray(found.corners)[..., :2], rtol=0.0, atol=1e-6)
 
 
 BROKEN = "a.{}: the file is damaged or is no mesh."
@@ -374,9 +376,9 @@ def test_hits_are_those_of_all_faces_in_double_precision():
     np.testing.assert_array_equal(hits.face, face)
     some = face >= 0
     # o - corner at 2e3 m is known to 2e3 eps; beyond that, double to the last digits
-    np.testing.assert_allclose(hits.t[some], t[some], atol=1e-9)
+    np.testing.assert_allclose(hits.t[some], t[some], rtol=0.0, atol=1e-9)
     point = np.einsum("rk,rkd->rd", hits.weights, np.asarray(m.corners)[hits.face])
-    np.testing.assert_allclose((o + hits.t[:, None] * d)[some], point[some], atol=1e-9)
+    np.testing.assert_allclose((o + hits.t[:, None] * d)[some], point[some], rtol=0.0, atol=1e-9)
     assert np.all(hits.weights >= 0.0)
     np.testing.assert_array_equal(hits.weights[~some], 0.0)
     assert np.all(np.isinf(hits.t[~some]))
@@ -433,12 +435,12 @@ def test_a_fan_of_places_or_directions_is_hidden_where_a_face_comes_before():
     assert hidden.shape == (40, 20)
     assert 0.2 < np.mean(hidden) < 0.8
     np.testing.assert_array_equal(hidden.ravel()[clear], (t < 1.0)[clear])
-    np.testing.assert_allclose(share[t < 0.99], t[t < 0.99], atol=1e-3)
+    np.testing.assert_allclose(share[t < 0.99], t[t < 0.99], rtol=0.0, atol=1e-3)
     assert np.all(np.isinf(share[t > 1.01]))
     _, t = brute(m, start, np.tile(ways, (40, 1)))
     np.testing.assert_array_equal(tracer.fan_occluded(o[20:], ways, np.inf).ravel(), np.isfinite(t))
     share = tracer.first_share(start, np.tile(ways, (40, 1)), np.inf)
-    np.testing.assert_allclose(share, t, atol=1e-3)
+    np.testing.assert_allclose(share, t, rtol=0.0, atol=1e-3)
 
 
 def test_rays_from_an_eye_meet_the_nearest_face():
@@ -446,7 +448,7 @@ def test_rays_from_an_eye_meet_the_nearest_face():
     eye, (_, d) = np.mean(m.vertices, 0), rays(m, 2000)
     (t, seen), (face, true) = Embree(m).seen_from(eye, d), brute(m, eye[None] + 0.0 * d, d)
     assert np.mean(seen == face) > 0.999  # the others pass an edge
-    np.testing.assert_allclose(t[seen == face], true[seen == face], atol=1e-9)
+    np.testing.assert_allclose(t[seen == face], true[seen == face], rtol=0.0, atol=1e-9)
     assert np.all(t > 0.0)
 
 

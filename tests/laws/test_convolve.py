@@ -9,6 +9,7 @@ from scipy.stats import norm
 
 from firstorder.checks.cases import CENTER, CORRELATION, SIGMA, light
 from firstorder.checks.cases.laws.convolve import Leaning
+from firstorder.conventions import FLATLAND
 from firstorder.errors import Refused
 from firstorder.fields import (
     Affine,
@@ -23,7 +24,8 @@ from firstorder.fields import (
     gaussian,
     half_plane,
 )
-from firstorder.laws import Circle, Convolve, Hemisphere, Integrate, Move, Multiply
+from firstorder.laws import Circle, Convolve, Hemisphere, Integrate, Line, Move, Multiply
+from firstorder.transport import VaryingGaussian
 
 U = jnp.array([0.3, -0.2])
 BLUR = Convolve(Leaning(0.3, 0.1))
@@ -39,7 +41,7 @@ def test_a_convolution_commutes_with_moves_that_only_shift_along_its_axis(slope,
     """Shears `theta + slope x + shift`, curvature among them: R07 §4.1 rests on it."""
     move = Move(jnp.array([[1.0, 0.0], [0.0, 1.0]]).at[1, 0].set(slope), jnp.array([0.0, shift]))
     first, last = blurred(BLUR(move(light()))), blurred(move(BLUR(light())))
-    jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b, atol=1e-11), first, last)
+    jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-11), first, last)
 
 
 def test_two_gaussian_blurs_are_one_of_summed_variance():
@@ -149,6 +151,14 @@ def test_a_horizon_takes_its_normal_as_a_number_or_function():
     plain = Convolve(Leaning(0.3, 0.1), Hemisphere(lambda x: 0.5 * x))(light()).jet(U)
     np.testing.assert_allclose(plain.hessian, truth.hessian, rtol=1e-12)
     assert Hemisphere(0.2).normal(3.0, 1.0) == 0.2
+
+
+def test_a_kernel_ends_nine_of_its_own_widths_away_on_a_line():
+    """One whose width grows along it, `0.3 + 0.1 x`."""
+    kernel = VaryingGaussian(Affine([0.1, 0.0], 0.3), widest=0.5)
+    ends = Line().ends(kernel, FLATLAND.appended("s"))
+    found = [end.at(jnp.array([0.4, -0.2, 0.7])) for end in ends]
+    np.testing.assert_allclose(found, [-0.2 - 9.0 * 0.34, -0.2 + 9.0 * 0.34], rtol=1e-14)
 
 
 @pytest.mark.parametrize("nodes", [0, 2.5, "64"])

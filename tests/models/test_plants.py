@@ -69,7 +69,7 @@ def test_leaves_of_a_tree_are_as_long_as_asked_for_and_half_as_wide():
     np.testing.assert_allclose(width, 0.5 * length, rtol=1e-3)
     # The wings are across the rib, somewhat nearer to its base, and folded away from it.
     rib = (tip - base) / length[:, None]
-    np.testing.assert_allclose(np.sum(rib * across, 1), 0.0, atol=1e-5)
+    np.testing.assert_allclose(np.sum(rib * across, 1), 0.0, rtol=0.0, atol=1e-5)
     np.testing.assert_allclose(np.sum(rib * (middle - base), 1), 0.45 * length, rtol=1e-3)
     up = middle - base - 0.45 * (tip - base)
     np.testing.assert_allclose(np.linalg.norm(up, axis=1), 0.1 * length, rtol=1e-3)
@@ -79,19 +79,28 @@ def test_leaves_of_a_tree_are_as_long_as_asked_for_and_half_as_wide():
     assert 0.7 < np.mean(front[:, 2] > 0.0) < 0.95
 
 
+def test_a_trunk_grows_upright_and_leans_by_the_square_of_its_height():
+    v = np.asarray(tree(0, 1, height=3.0, forks=(), sides=8)[0].vertices, float)
+    middle = v[: 5 * 8].reshape(5, 8, 3).mean(1)
+    t = np.linspace(0.0, 1.0, 5)
+    np.testing.assert_allclose(middle[:, 2], middle[-1, 2] * t, rtol=0.0, atol=1e-6)
+    np.testing.assert_allclose(middle[:, :2], middle[-1, :2] * t[:, None] ** 2, rtol=0.0, atol=1e-6)
+    assert np.linalg.norm(middle[-1, :2]) > 0.01
+
+
 def test_leaves_point_more_along_their_twig_than_back():
     """As normal vectors of unit variance do that are moved along it by 0.8."""
     base, tip, _, _ = leaves_of(tree(4000, 1, forks=())[0], 4000)
     way = np.random.default_rng(1).normal(size=(100_000, 3)) + np.array([0.0, 0.0, 0.8])
     mean = np.mean(way[:, 2] / np.linalg.norm(way, axis=1))
     rise = (tip - base)[:, 2] / np.linalg.norm(tip - base, axis=1)
-    np.testing.assert_allclose(np.mean(rise), mean, atol=0.03)
+    np.testing.assert_allclose(np.mean(rise), mean, rtol=0.0, atol=0.03)
 
 
 def test_leaflets_of_a_fern_lie_in_pairs_to_both_sides_and_get_shorter_towards_the_ends():
     pairs = 50
     base, tip, _, across = leaves_of(fern(4, pairs, leaf=0.2)[0], 2 * pairs * 4)
-    np.testing.assert_allclose(base[::2], base[1::2], atol=1e-6)
+    np.testing.assert_allclose(base[::2], base[1::2], rtol=0.0, atol=1e-6)
     length = np.linalg.norm(tip - base, axis=1)
     share = np.tile(np.repeat((np.arange(pairs) + 0.5) / pairs, 2), 4)
     part = length / (0.2 * (0.25 + 2.4 * share * (1.0 - share)))
@@ -107,7 +116,7 @@ def test_leaflets_of_a_fern_lie_in_pairs_to_both_sides_and_get_shorter_towards_t
     assert np.all(side[1::2] > 0.6)
     ahead = np.roll(base, -2, 0) - base
     along = (np.sum(ahead * way, 1) / np.linalg.norm(ahead, axis=1)).reshape(4, -1)[:, :-2]
-    np.testing.assert_allclose(np.mean(along), 0.45 / np.hypot(1.0, 0.45), atol=0.02)
+    np.testing.assert_allclose(np.mean(along), 0.45 / np.hypot(1.0, 0.45), rtol=0.0, atol=0.02)
 
 
 def test_stalks_of_a_fern_arch_outwards_a_golden_angle_on_from_each_other():
@@ -124,7 +133,7 @@ def test_stalks_of_a_fern_arch_outwards_a_golden_angle_on_from_each_other():
     assert 0.55 * height < out.min() < 0.56 * height
     assert 1.2 * height < out.max() < 1.21 * height
     share = np.linspace(0.0, 1.0, 13)[:, None] ** 1.5
-    np.testing.assert_allclose(line[..., :2], share * way[:, None], atol=1e-5)
+    np.testing.assert_allclose(line[..., :2], share * way[:, None], rtol=0.0, atol=1e-5)
     np.testing.assert_allclose(line[:, -1, 2], 0.7 / 1.1 * out, rtol=1e-4)
     np.testing.assert_allclose(line[:, :, 2].max(1), 0.788 / 1.1 * out, rtol=2e-3)
     radius = np.linalg.norm(rings - line[:, :, None], axis=-1)

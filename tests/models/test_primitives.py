@@ -87,9 +87,9 @@ def test_ground_follows_its_height_and_looks_up():
     height = ripples(0.1, 0.5, seed=3)
     field = displaced_ground(1.5, height, 20, (0.5, -0.25))
     v = np.asarray(field.vertices, float)
-    np.testing.assert_allclose(v[:, 2], height(v[:, :2]), atol=1e-5)
+    np.testing.assert_allclose(v[:, 2], height(v[:, :2]), rtol=0.0, atol=1e-5)
     assert np.all(np.asarray(field.area_vectors)[:, 2] > 0.0)
-    np.testing.assert_allclose(v[:, :2].min(0), [-1.0, -1.75], atol=1e-6)
+    np.testing.assert_allclose(v[:, :2].min(0), [-1.0, -1.75], rtol=0.0, atol=1e-6)
     assert not field.closed
 
 
@@ -157,7 +157,7 @@ def test_placed_scales_then_turns_then_shifts():
     expected = [R @ (2.0 * p) + [1.0, 2.0, 3.0] for p in np.asarray(piece.vertices, float)]
     np.testing.assert_allclose(np.asarray(found.vertices), expected, rtol=1e-5)
     assert volume(found) == pytest.approx(8.0 * volume(piece), rel=1e-4)
-    np.testing.assert_allclose(R @ [1.0, 2.0, -1.0], [1.0, 2.0, -1.0], atol=1e-12)
+    np.testing.assert_allclose(R @ [1.0, 2.0, -1.0], [1.0, 2.0, -1.0], rtol=0.0, atol=1e-12)
     assert np.trace(R) == pytest.approx(1.0 + 2.0 * np.cos(0.7))
     np.testing.assert_allclose(
         rotation_about((0, 0, 1), 0.3) @ [1, 0, 0], [np.cos(0.3), np.sin(0.3), 0]

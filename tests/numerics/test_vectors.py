@@ -18,6 +18,7 @@ def test_products():
         vectors.matvec(jnp.asarray(M), jnp.asarray(A)), np.einsum("nij,nj->ni", M, A)
     )
     np.testing.assert_allclose(vectors.inverse_3x3(jnp.asarray(M)), np.linalg.inv(M))
+    np.testing.assert_allclose(vectors.inverse_and_det(jnp.asarray(M))[1], np.linalg.det(M))
 
 
 def test_products_of_coordinates():
@@ -49,7 +50,7 @@ def test_lengths_have_derivatives_at_zero():
 def test_frames_are_right_handed_and_smooth(n):
     n = jnp.asarray(n, float)
     found = np.asarray(vectors.orthonormal_frame(n))
-    np.testing.assert_allclose(found.T @ found, np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(found.T @ found, np.eye(3), rtol=0.0, atol=1e-15)
     np.testing.assert_allclose(np.linalg.det(found), 1.0)
     np.testing.assert_allclose(found[:, 2], n)
     assert np.all(np.isfinite(jax.jacobian(vectors.orthonormal_frame)(n)))
@@ -59,7 +60,9 @@ def test_frames_are_right_handed_and_smooth(n):
 def test_a_frame_along_vectors_has_no_unit(unit):
     found = np.asarray(vectors.frame_along(jnp.asarray(unit * A)))
     np.testing.assert_allclose(found[..., 2], A / np.linalg.norm(A, axis=1, keepdims=True))
-    np.testing.assert_allclose(np.swapaxes(found, 1, 2) @ found, [np.eye(3)] * 7, atol=1e-15)
+    np.testing.assert_allclose(
+        np.swapaxes(found, 1, 2) @ found, [np.eye(3)] * 7, rtol=0.0, atol=1e-15
+    )
 
 
 def test_many_rays_from_one_point_in_the_frames_of_several_shapes():

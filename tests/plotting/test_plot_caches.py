@@ -60,7 +60,9 @@ def test_a_curve_is_broken_where_a_reach_ends(line):
 def test_records_stand_on_their_values_and_say_what_acted_on_them(line, ax):
     line.plot(ax)
     marks = {c.get_label(): np.asarray(c.get_offsets()) for c in ax.collections}
-    np.testing.assert_allclose(marks["record"], [[0.0, 0.0], [4.0, np.sin(4.0)]], atol=1e-12)
+    np.testing.assert_allclose(
+        marks["record"], [[0.0, 0.0], [4.0, np.sin(4.0)]], rtol=0.0, atol=1e-12
+    )
     np.testing.assert_allclose(marks["radius raised"], [[0.1, np.sin(0.1)]])
     np.testing.assert_allclose(marks["radius cut"], [[1.0, np.sin(1.0)]])
     legend = ax.get_legend()

@@ -98,7 +98,7 @@ def test_the_window_of_a_scenes_light_spans_the_scene():
     light = light_field(scene, Receiver((1.0, 0.0), 0.0))
     for field in (light, Multiply(Constant(2.0))(light)):
         found = window_of(field, 8)
-        np.testing.assert_allclose(found.center, [0.25, 0.0], atol=1e-12)
+        np.testing.assert_allclose(found.center, [0.25, 0.0], rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(found.extent, [3.5, np.pi], rtol=1e-12)
     turned = window_of(light_field(scene, Receiver((1.0, 0.0), np.pi / 2)), 8)
     np.testing.assert_allclose(turned.extent[0], 1.5, rtol=1e-12)
@@ -114,13 +114,13 @@ def test_a_curve_is_broken_where_it_jumps_and_nowhere_else(ax):
     (line,) = ax.lines
     x, values = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
     (gaps,) = np.nonzero(np.isnan(values))
-    np.testing.assert_allclose(x[gaps], [-0.5, 0.25], atol=1e-12)
-    np.testing.assert_allclose(x[gaps - 1], x[gaps], atol=1e-6)
-    np.testing.assert_allclose(x[gaps + 1], x[gaps], atol=1e-6)
-    np.testing.assert_allclose(values[gaps - 1], [-0.5, 1.25], atol=1e-6)
-    np.testing.assert_allclose(values[gaps + 1], [0.5, -1.75], atol=1e-6)
+    np.testing.assert_allclose(x[gaps], [-0.5, 0.25], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(x[gaps - 1], x[gaps], rtol=0.0, atol=1e-6)
+    np.testing.assert_allclose(x[gaps + 1], x[gaps], rtol=0.0, atol=1e-6)
+    np.testing.assert_allclose(values[gaps - 1], [-0.5, 1.25], rtol=0.0, atol=1e-6)
+    np.testing.assert_allclose(values[gaps + 1], [0.5, -1.75], rtol=0.0, atol=1e-6)
     rises = np.diff(values) - np.diff(x)  # a bridge would rise by a step
-    np.testing.assert_allclose(rises[np.isfinite(rises)], 0.0, atol=1e-12)
+    np.testing.assert_allclose(rises[np.isfinite(rises)], 0.0, rtol=0.0, atol=1e-12)
     assert np.all(np.diff(x) > 0.0)
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$x$ (m)", "light $L$")
     assert ax.get_xlim() == (-1.0, 1.0)
@@ -182,7 +182,9 @@ def test_a_spectrum_is_drawn_by_powers_of_ten(ax):
     assert F.plot(ax, window=window, decades=4.0) is ax
     image, values = image_of(ax)
     exact = np.abs(F(window.axis(0)[:, None], window.axis(1)))
-    np.testing.assert_allclose(values, np.maximum(np.log10(exact / exact.max()), -4.0), atol=1e-12)
+    np.testing.assert_allclose(
+        values, np.maximum(np.log10(exact / exact.max()), -4.0), rtol=0.0, atol=1e-12
+    )
     assert image.get_clim() == (-4.0, 0.0)
     assert ax.get_xlabel() == r"$\Omega_{x}$ (cycles/m)"
     assert scale_of(ax) == rf"$\log_{{10}} |\hat{{L}}| / {exact.max():.3g}$"
@@ -221,7 +223,7 @@ def test_a_spectrum_of_samples_is_their_transform(ax):
     F.plot(ax, window=window)
     exact = np.abs(F(window.axis(0)[:, None], window.axis(1)))
     np.testing.assert_allclose(
-        image_of(ax)[1], np.maximum(np.log10(exact / exact.max()), -6.0), atol=1e-9
+        image_of(ax)[1], np.maximum(np.log10(exact / exact.max()), -6.0), rtol=0.0, atol=1e-9
     )
 
 

@@ -124,7 +124,9 @@ def test_a_spectrum_is_shown_in_powers_of_ten_down_to_the_stated_range(ax):
     image = plotting.show_spectrum(ax, F, X, THETA, decades=4.0)
     data = image.get_array()
     assert data is not None
-    np.testing.assert_allclose([data[1, 2], data[1, 3], data[0, 0]], [0.0, -2.0, -4.0], atol=1e-12)
+    np.testing.assert_allclose(
+        [data[1, 2], data[1, 3], data[0, 0]], [0.0, -2.0, -4.0], rtol=0.0, atol=1e-12
+    )
     assert image.get_clim() == (-4.0, 0.0)
     assert ax.get_title(loc="right") == "20, 4 decades"
     assert ax.get_ylabel() == r"$\Omega_{\theta}$ (cycles/rad)"

@@ -35,7 +35,7 @@ def ax():
 
 def test_what_lies_behind_the_camera_is_nowhere():
     assert np.all(np.isnan(project(CAMERA, [0.0, -6.0, 2.0])))
-    np.testing.assert_allclose(project(CAMERA, [0.0, 0.0, 0.5]), [0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(project(CAMERA, [0.0, 0.0, 0.5]), [0.0, 0.0], rtol=0.0, atol=1e-12)
 
 
 def test_silhouettes_of_a_ball_are_tangent(world):
@@ -48,7 +48,7 @@ def test_silhouettes_of_a_ball_are_tangent(world):
     points = next(p for k, p in silhouette_curves(world, eye) if k == ball)
     normal = points - np.array([-0.8, 0.0, 0.6])
     np.testing.assert_allclose(np.linalg.norm(normal, axis=-1), 0.4)
-    np.testing.assert_allclose(np.sum(normal * (points - eye), -1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.sum(normal * (points - eye), -1), 0.0, rtol=0.0, atol=1e-12)
 
 
 def test_the_area_in_the_sky_is_what_a_ball_hides(world):
@@ -74,7 +74,7 @@ def test_a_wall_without_end_is_drawn_where_it_is(ax):
     wall = Scene.of(primitive(plane((2.0, 1.0, 0.0), (3.0, 0.0, 0.0))))
     draw_view(ax, wall, pinhole((2.0, -4.0, 0.0), (2.0, 0.0, 0.0)))  # seen edge-on
     across = np.concatenate([line.get_xdata() for line in ax.lines])
-    np.testing.assert_allclose(across[np.isfinite(across)], 0.0, atol=1e-12)
+    np.testing.assert_allclose(across[np.isfinite(across)], 0.0, rtol=0.0, atol=1e-12)
     assert np.isfinite(across).sum() > 1000
 
 

@@ -42,7 +42,7 @@ def test_a_plane_is_a_plane_up_to_the_border(size, smallest, sloped):
     found = of(plane, *size, share=0.4, smallest=smallest)
     found = found if sloped else found._replace(gradient=None)
     true = plane(centres(*size).reshape(-1, 2)).value.reshape(size)
-    np.testing.assert_allclose(quadtree_image(found, *size), true, atol=1e-10)
+    np.testing.assert_allclose(quadtree_image(found, *size), true, rtol=0.0, atol=1e-10)
 
 
 @pytest.mark.parametrize("scheme", ["linear", "gradient"])
@@ -121,7 +121,7 @@ def test_labels_keep_what_another_object_shows_out():
     label = (found.p[:, 0] >= 13.0).astype(int)
     image = quadtree_image(found, 32, 32, label=label, labels=labels)
     true = shade(centres(32, 32).reshape(-1, 2)).value.reshape(32, 32)
-    np.testing.assert_allclose(image, true, atol=1e-12)
+    np.testing.assert_allclose(image, true, rtol=0.0, atol=1e-12)
 
 
 def test_bad_input():

@@ -129,17 +129,17 @@ def block():
 
 def test_a_block_shows_shapes_and_models(block):
     x, up, on, albedo = true_block()
-    np.testing.assert_allclose(block.point.position, x, atol=1e-12)
-    np.testing.assert_allclose(block.up, up, atol=1e-12)
-    np.testing.assert_allclose(block.point.normal, up, atol=1e-12)
+    np.testing.assert_allclose(block.point.position, x, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(block.up, up, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(block.point.normal, up, rtol=0.0, atol=1e-12)
     np.testing.assert_array_equal(block.on, on)
     np.testing.assert_allclose(block.albedo, albedo, rtol=1e-12)
     np.testing.assert_array_equal(block.slope, np.zeros((3, 3, 3)))
     np.testing.assert_allclose(block.specular, [0.3, 0.0, 0.1])
     np.testing.assert_allclose(block.exponent, [9.0, 1e-6, 4.0])
     np.testing.assert_allclose(block.view.to_eye, -toward(Q), rtol=1e-12)
-    np.testing.assert_allclose(block.S[0], -np.eye(2) / RADIUS, atol=1e-10)
-    np.testing.assert_allclose(block.S[1:], 0.0, atol=1e-10)
+    np.testing.assert_allclose(block.S[0], -np.eye(2) / RADIUS, rtol=0.0, atol=1e-10)
+    np.testing.assert_allclose(block.S[1:], 0.0, rtol=0.0, atol=1e-10)
 
 
 def test_a_block_of_shapes_alone_or_of_a_model_alone_shows_them_likewise(block):
@@ -148,7 +148,9 @@ def test_a_block_of_shapes_alone_or_of_a_model_alone_shows_them_likewise(block):
     model = looked_at(None, FACETS, Q[last], [5], [1])
     for found, rows in ((shapes, first), (model, last)):
         jax.tree.map(
-            lambda a, b, rows=rows: np.testing.assert_allclose(a, b[rows], atol=1e-12), found, block
+            lambda a, b, rows=rows: np.testing.assert_allclose(a, b[rows], rtol=0.0, atol=1e-12),
+            found,
+            block,
         )
 
 
@@ -179,7 +181,7 @@ def test_ways_go_to_the_nodes_above_the_surface_that_shine_on_it(block):
     for light, (way, lit) in zip(LIGHTS, found, strict=True):
         nodes, area = (np.asarray(a) for a in light.toward(jnp.zeros(3)))
         true = nodes - x[:, None] if light.near else np.broadcast_to(nodes, (3, *nodes.shape))
-        np.testing.assert_allclose(way, true, atol=1e-12)
+        np.testing.assert_allclose(way, true, rtol=0.0, atol=1e-12)
         ahead = np.sum(true * up[:, None], -1) > 0.0
         np.testing.assert_array_equal(lit, ahead & (np.sum(true * area, -1) < 0.0))
     assert 0 < np.sum(found[1].lit) < found[1].lit.size

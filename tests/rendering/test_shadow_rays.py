@@ -68,8 +68,12 @@ def test_first_and_last_blockers_are_those_of_every_face(things):
     ):
         clear = ~grazing
         np.testing.assert_array_equal(np.isfinite(found[0]), hidden, err_msg="no ray grazes here")
-        np.testing.assert_allclose(found[0][clear & hidden], first[clear & hidden], atol=1e-9)
-        np.testing.assert_allclose(found[1][clear & hidden], last[clear & hidden], atol=1e-9)
+        np.testing.assert_allclose(
+            found[0][clear & hidden], first[clear & hidden], rtol=0.0, atol=1e-9
+        )
+        np.testing.assert_allclose(
+            found[1][clear & hidden], last[clear & hidden], rtol=0.0, atol=1e-9
+        )
         assert np.all(np.isposinf(found[0][~hidden]))
         assert np.all(np.isneginf(found[1][~hidden]))
     np.testing.assert_array_equal(is_visible(Embree(both), a, b), ~hidden)
@@ -127,16 +131,16 @@ def test_a_camera_sees_the_nearest_face_and_its_part(things):
     nearest = np.nanargmin(t[some], 1)
     np.testing.assert_array_equal(part[nearest], found.part[some])
     expected = eye + np.nanmin(t[some], 1)[:, None] * (ends[some] - eye)
-    np.testing.assert_allclose(found.position[some], expected, atol=1e-9)
+    np.testing.assert_allclose(found.position[some], expected, rtol=0.0, atol=1e-9)
     distance = np.linalg.norm(expected - eye, axis=1)
     np.testing.assert_allclose(found.distance[some], distance, rtol=1e-9)
     corners = np.asarray(both.corners, float)[found.face[some]]
     at = np.einsum("rk,rki->ri", found.weights[some], corners)
-    np.testing.assert_allclose(at, expected, atol=1e-6)
+    np.testing.assert_allclose(at, expected, rtol=0.0, atol=1e-6)
     # unit, across the face, towards the eye
     np.testing.assert_allclose(np.linalg.norm(found.normal[some], axis=1), 1.0, rtol=1e-12)
     edge = corners[:, 1] - corners[:, 0]
-    np.testing.assert_allclose(np.sum(found.normal[some] * edge, 1), 0.0, atol=1e-9)
+    np.testing.assert_allclose(np.sum(found.normal[some] * edge, 1), 0.0, rtol=0.0, atol=1e-9)
     assert np.all(np.sum(found.normal[some] * (eye - expected), 1) >= 0.0)
     assert np.all(np.isnan(found.position[~some]))
     assert np.all(found.part[~some] == -1)

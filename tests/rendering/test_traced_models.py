@@ -149,7 +149,7 @@ def test_beside_edges_the_share_is_that_of_the_blocker(traced, name):
             near |= moved
     beside = near.reshape(3, 36) & blocked
     assert beside.any()
-    np.testing.assert_allclose(found[beside], true[beside], atol=2e-4)
+    np.testing.assert_allclose(found[beside], true[beside], rtol=0.0, atol=2e-4)
     np.testing.assert_array_equal(np.isfinite(found), blocked)
     if light.near:
         rest = blocked & ~beside

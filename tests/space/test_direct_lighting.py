@@ -80,7 +80,7 @@ def test_one_ball_everywhere(center, radius, x):
         lambda dx, dy: hemispheres.cap(shifted(center, x, dx, dy), mp.mpf(radius))
     )
     assert abs(B - (2.0 * np.pi - hidden)) < ONE
-    np.testing.assert_allclose(rate[:2], -slope, atol=ONE)
+    np.testing.assert_allclose(rate[:2], -slope, rtol=0.0, atol=ONE)
 
 
 def test_irradiance_behind_a_ball_above_the_horizon():
@@ -92,7 +92,7 @@ def test_irradiance_behind_a_ball_above_the_horizon():
         d = np.linalg.norm(away)
         np.testing.assert_allclose(E, np.pi - np.pi * radius**2 / d**3, rtol=1e-14)
         gradient = 3.0 * np.pi * radius**2 * away / d**5
-        np.testing.assert_allclose(rate[:2], gradient[:2], atol=ONE)
+        np.testing.assert_allclose(rate[:2], gradient[:2], rtol=0.0, atol=ONE)
 
 
 # --- several shapes: all in one scene, every derivative by autodiff ------------------------------
@@ -139,7 +139,7 @@ def test_value_and_gradient_of_other_shapes(name, x):
     B, slope = jets(name)(jnp.array(x))
     hidden, gradient = differences(lambda dx, dy: hidden_by(name, x, dx, dy))
     assert abs(B - (2.0 * np.pi - hidden)) < OTHERS
-    np.testing.assert_allclose(slope, -gradient, atol=OTHERS)
+    np.testing.assert_allclose(slope, -gradient, rtol=0.0, atol=OTHERS)
 
 
 def test_an_ellipsoid():
@@ -156,7 +156,7 @@ def test_an_ellipsoid():
             for n, w in weights
         ) / h  # fmt: skip
 
-    np.testing.assert_allclose(slope, [-rise(e) for e in np.eye(3)[:2]], atol=OTHERS)
+    np.testing.assert_allclose(slope, [-rise(e) for e in np.eye(3)[:2]], rtol=0.0, atol=OTHERS)
 
 
 # --- lights --------------------------------------------------------------------------------------
@@ -241,10 +241,10 @@ def test_a_lamp_half_behind_a_screen_and_a_floor_between_walls():
         np.testing.assert_allclose(E, float(truth(x, y)), rtol=1e-13)
         for i, j in ((1, 0), (0, 1)):
             np.testing.assert_allclose(
-                slope[0 if i else 1], float(mp.diff(truth, (x, y), (i, j))), atol=1e-12
+                slope[0 if i else 1], float(mp.diff(truth, (x, y), (i, j))), rtol=0.0, atol=1e-12
             )
         second = [float(mp.diff(truth, (x, y), n)) for n in ((2, 0), (1, 1), (0, 2))]
-    np.testing.assert_allclose([bend[0, 0], bend[0, 1], bend[1, 1]], second, atol=1e-10)
+    np.testing.assert_allclose([bend[0, 0], bend[0, 1], bend[1, 1]], second, rtol=0.0, atol=1e-10)
 
 
 def test_a_closed_room_of_one_radiance_is_a_furnace():
@@ -261,7 +261,7 @@ def test_a_closed_room_of_one_radiance_is_a_furnace():
     find = jax.jit(lambda p, n: vector_irradiance(scene, receiver(p, n)))
     for p, n in (((0.7, 0.2, 0.3), (0, 0, 1)), ((-0.8, -0.7, 1.5), (0.3, 0.5, -0.4))):
         light = find(jnp.array(p), jnp.array(n, float))
-        np.testing.assert_allclose(light, [0.0, 0.0, np.pi], atol=1e-12)
+        np.testing.assert_allclose(light, [0.0, 0.0, np.pi], rtol=0.0, atol=1e-12)
 
 
 def test_gradients_in_blockers_and_lights():
@@ -278,9 +278,9 @@ def test_gradients_in_blockers_and_lights():
     given = jnp.array([0.2, 0.1, 1.0]), 0.7, 3.0
     found = jax.jit(lambda *a: (jax.grad(value, (0, 1, 2))(*a), jax.hessian(value)(*a)))(*given)
     np.testing.assert_allclose(
-        np.hstack(found[0]), np.hstack(jax.grad(truth, (0, 1, 2))(*given)), atol=1e-10
+        np.hstack(found[0]), np.hstack(jax.grad(truth, (0, 1, 2))(*given)), rtol=0.0, atol=1e-10
     )
-    np.testing.assert_allclose(found[1], jax.hessian(truth)(*given), atol=1e-9)
+    np.testing.assert_allclose(found[1], jax.hessian(truth)(*given), rtol=0.0, atol=1e-9)
 
 
 def test_turning_the_receiver_is_the_vector_of_light():
@@ -288,7 +288,7 @@ def test_turning_the_receiver_is_the_vector_of_light():
     at = receiver((0.1, 0.0, 0.0), (0.1, 0.2, 1.0))
     slope = jax.jit(jax.grad(lambda t: irradiance(scene, at.tilted(t))))(jnp.zeros(2))
     light = jax.jit(vector_irradiance)(scene, at)
-    np.testing.assert_allclose(slope, light[:2], atol=1e-12)
+    np.testing.assert_allclose(slope, light[:2], rtol=0.0, atol=1e-12)
 
 
 def glow(w):
@@ -305,7 +305,7 @@ def test_a_sky_that_varies_by_contour_and_by_azimuth():
             scene, at, transport=lambda at, w: glow(at.axes @ w) * w[2], nodes=48
         )
     )(at)
-    np.testing.assert_allclose(found[:2], other.gradient.boundary, atol=OTHERS)
+    np.testing.assert_allclose(found[:2], other.gradient.boundary, rtol=0.0, atol=OTHERS)
 
 
 # --- properties ----------------------------------------------------------------------------------
@@ -342,13 +342,13 @@ def town():
 def test_a_turned_scene_has_a_turned_gradient():
     E, g = town()
     np.testing.assert_allclose(E[1], E[0], rtol=1e-12)
-    np.testing.assert_allclose(g[1], turned(g[0], 1.1), atol=1e-10)
+    np.testing.assert_allclose(g[1], turned(g[0], 1.1), rtol=0.0, atol=1e-10)
 
 
 def test_a_scene_of_twice_the_size_has_half_the_gradient():
     E, g = town()
     np.testing.assert_allclose(E[2], E[0], rtol=1e-12)
-    np.testing.assert_allclose(2.5 * g[2], g[0], atol=1e-11)
+    np.testing.assert_allclose(2.5 * g[2], g[0], rtol=0.0, atol=1e-11)
 
 
 def test_a_screen_in_two_halves_is_the_screen():
@@ -363,7 +363,7 @@ def test_a_screen_in_two_halves_is_the_screen():
     at = receiver((0.1, -0.2, 0.0))
     both = jax.jit(lambda scene: (irradiance(scene, at), boundary_gradient(scene, at)))
     for one_piece, two in zip(both(whole), both(halves), strict=True):
-        np.testing.assert_allclose(one_piece, two, atol=1e-10)
+        np.testing.assert_allclose(one_piece, two, rtol=0.0, atol=1e-10)
 
 
 # --- properties: the whole moved, measured in another unit, dimmed, cut in two -------------------
@@ -432,7 +432,7 @@ def test_more_nodes_change_nothing_that_counts(place):
     same = worlds.Change().arrays
     at, scene = worlds.below(same, *map(jnp.asarray, place)), worlds.lit(same)
     coarse, fine = _vectors(scene, at)
-    np.testing.assert_allclose(coarse, fine, atol=1e-11)
+    np.testing.assert_allclose(coarse, fine, rtol=0.0, atol=1e-11)
 
 
 @jax.jit

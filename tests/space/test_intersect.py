@@ -45,7 +45,7 @@ def test_the_distance_is_that_of_the_shape():
     balls = index < 24
     apart = np.linalg.norm(points[balls] - CENTERS[index[balls]], axis=1)
     np.testing.assert_allclose(apart, RADII[index[balls]], rtol=1e-9)
-    np.testing.assert_allclose(points[~balls, 2], 0.0, atol=1e-12)
+    np.testing.assert_allclose(points[~balls, 2], 0.0, rtol=0.0, atol=1e-12)
     assert np.all(np.isinf(np.asarray(hits.t)[~hit]))
 
 

@@ -29,24 +29,30 @@ def test_a_walk_on_a_ball_to_second_order():
 
     x = jnp.array([1e-3, -2e-3])
     moved = at.moved(x)
-    np.testing.assert_allclose(moved.position, true(x), atol=1e-8)
-    np.testing.assert_allclose(moved.normal, true(x) / R, atol=1e-8)
+    np.testing.assert_allclose(moved.position, true(x), rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(moved.normal, true(x) / R, rtol=0.0, atol=1e-8)
     second = jax.hessian(lambda x: at.moved(x).position)(jnp.zeros(2))
-    np.testing.assert_allclose(second, -np.einsum("k,ij->kij", n, np.eye(2)) / R, atol=1e-14)
+    np.testing.assert_allclose(
+        second, -np.einsum("k,ij->kij", n, np.eye(2)) / R, rtol=0.0, atol=1e-14
+    )
     slope = jax.jacobian(lambda x: at.moved(x).normal)(jnp.zeros(2))
-    np.testing.assert_allclose(slope, at.axes[:, :2] / R, atol=1e-14)
+    np.testing.assert_allclose(slope, at.axes[:, :2] / R, rtol=0.0, atol=1e-14)
     bend = jax.hessian(lambda x: at.moved(x).normal)(jnp.zeros(2))
-    np.testing.assert_allclose(bend, -np.einsum("k,ij->kij", n, np.eye(2)) / R**2, atol=1e-12)
+    np.testing.assert_allclose(
+        bend, -np.einsum("k,ij->kij", n, np.eye(2)) / R**2, rtol=0.0, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("tilt", [(0.0, 0.0), (1e-9, 0.0), (0.3, -0.7), (2.0, 1.0)])
 def test_a_tilt_is_a_turn(tilt):
     at, n = on_ball()
     turned = at.tilted(jnp.array(tilt))
-    np.testing.assert_allclose(turned.axes.T @ turned.axes, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(turned.axes.T @ turned.axes, np.eye(3), rtol=0.0, atol=1e-14)
     size = np.hypot(*tilt)
     way = at.axes[:, :2] @ np.array(tilt) / max(size, 1e-300)
-    np.testing.assert_allclose(turned.normal, np.cos(size) * n + np.sin(size) * way, atol=1e-12)
+    np.testing.assert_allclose(
+        turned.normal, np.cos(size) * n + np.sin(size) * way, rtol=0.0, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("size", 10.0 ** -np.arange(1.0, 8.0))
@@ -58,8 +64,10 @@ def test_second_derivatives_of_a_small_turn_in_single_precision(size):
         tilt = jnp.asarray(size * np.array([1.0, 0.3]), dtype)
         return jax.jacfwd(jax.jacfwd(lambda tilt: at.tilted(tilt).axes))(tilt)
 
-    np.testing.assert_allclose(bends(jnp.float32), bends(jnp.float64), atol=1e-5)
-    np.testing.assert_allclose(bends(jnp.float64)[:, 2, 0, 0], [0.0, 0.0, -1.0], atol=1.1 * size)
+    np.testing.assert_allclose(bends(jnp.float32), bends(jnp.float64), rtol=0.0, atol=1e-5)
+    np.testing.assert_allclose(
+        bends(jnp.float64)[:, 2, 0, 0], [0.0, 0.0, -1.0], rtol=0.0, atol=1.1 * size
+    )
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-6, 1.22e-4, 1.23e-4, 0.03, 0.3])
@@ -67,14 +75,14 @@ def test_a_turn_is_its_exponential_on_either_side_of_its_series(size):
     tilt, at = size * np.array([0.6, -0.8]), receiver((0.0, 0.0, 0.0))
     K = np.zeros((3, 3))
     K[:2, 2], K[2, :2] = tilt, -tilt
-    np.testing.assert_allclose(at.tilted(tilt).axes, expm(K), atol=1e-15)
+    np.testing.assert_allclose(at.tilted(tilt).axes, expm(K), rtol=0.0, atol=1e-15)
     # Of the exponential of [[K, dK], [0, K]] the upper right is the derivative along dK.
     for i in range(2):
         dK = np.zeros((3, 3))
         dK[i, 2], dK[2, i] = 1.0, -1.0
         both = expm(np.block([[K, dK], [np.zeros((3, 3)), K]]))
         slope = jax.jacfwd(lambda tilt: at.tilted(tilt).axes)(jnp.asarray(tilt))
-        np.testing.assert_allclose(slope[..., i], both[:3, 3:], atol=1e-14)
+        np.testing.assert_allclose(slope[..., i], both[:3, 3:], rtol=0.0, atol=1e-14)
 
 
 def test_steps_of_a_receiver_are_along_its_axes_and_its_normal_leans_as_a_tilt_says():

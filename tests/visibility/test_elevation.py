@@ -167,9 +167,9 @@ def test_on_a_curved_receiver_the_frame_turns(tilt):
             ends.append(ball_edge(center, radius, phi, side, (*(m * s), 0.0), frame))
         rates.append((ends[0] - ends[1]) / (2 * h))
     _, p, n = touched(case, ball_edge(center, radius, phi, side))
-    np.testing.assert_allclose(LIMB(p, n, phi, S).gradient, rates, atol=BOUND)
+    np.testing.assert_allclose(LIMB(p, n, phi, S).gradient, rates, rtol=0.0, atol=BOUND)
     k = jnp.cross(n, p)
-    np.testing.assert_allclose(RIM(p, k, phi, S).gradient, rates, atol=BOUND)
+    np.testing.assert_allclose(RIM(p, k, phi, S).gradient, rates, rtol=0.0, atol=BOUND)
 
 
 def test_scale_and_turn():

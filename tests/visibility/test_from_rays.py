@@ -89,7 +89,7 @@ def test_edges_are_bisected_to_rounding():
     edges, _ = found(jnp.zeros(2))
     low, high = exact()
     truth = np.stack([low.value, high.value]).T.ravel()  # disc low, disc high, slab low, slab high
-    np.testing.assert_allclose(edges.angle[:4], truth, atol=4e-16)
+    np.testing.assert_allclose(edges.angle[:4], truth, rtol=0.0, atol=4e-16)
     np.testing.assert_array_equal(edges.sign, [1, -1, 1, -1, 0, 0])
     assert edges.count == 4
 
@@ -100,11 +100,11 @@ def test_limbs_of_discs_and_corners():
     truth = np.stack([low.distance, high.distance]).T.ravel()
     # The sixth-order remainder: 6! h^6 = 1.6e-11 with h = sqrt(reach) / 6, times a coefficient.
     np.testing.assert_allclose(points.distance[:4], truth, rtol=1e-9)
-    np.testing.assert_allclose(points.radius[:4], [RADIUS, RADIUS, 0, 0], atol=1e-6)
+    np.testing.assert_allclose(points.radius[:4], [RADIUS, RADIUS, 0, 0], rtol=0.0, atol=1e-6)
     # The outward normal of the disc at its limb.
     at = points.distance[0] * np.array([-np.sin(points.angle[0]), np.cos(points.angle[0])])
     normal = np.array([-np.sin(points.normal[0]), np.cos(points.normal[0])])
-    np.testing.assert_allclose((at - np.array(CENTER)) / RADIUS, normal, atol=1e-8)
+    np.testing.assert_allclose((at - np.array(CENTER)) / RADIUS, normal, rtol=0.0, atol=1e-8)
 
 
 def test_the_jets_of_found_edges():

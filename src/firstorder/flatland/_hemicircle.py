@@ -77,7 +77,7 @@ def cuts_of(scene: Scene, at: Receiver, points: Float[Array, "c 2"] | None = Non
     side, up = cross_2d(at.normal, way), dot_2d(at.normal, way)
     low = (up <= 0.0) | ~valid
     sine, cosine = sine_and_cosine(either(low, 0.0, side), either(low, 1.0, up))
-    end = either(valid & (side < 0.0), -jnp.ones_like(side), 1.0)
+    end = either(valid & (side < 0.0), jnp.full_like(side, -1.0), 1.0)
     sine, cosine = either(low, end, sine), either(low, 0.0, cosine)
     far = either(valid, jax.lax.stop_gradient(dot_2d(way, way)), jnp.inf)
     breaks = getattr(scene.environment, "breaks", None)

@@ -14,6 +14,7 @@ from collections.abc import Callable
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import nan_unless
@@ -215,7 +216,7 @@ def _emitted(scene: Scene, cuts: Cuts, seen: Between) -> Float[Array, ""]:
     A cut counts with what is seen on its right less what is seen on its left. So the sines need no
     order, and their derivatives are those of the silhouettes alone.
     """
-    side = jnp.where(seen.front, FRONT, BACK)
+    side = either(seen.front, np.int32(FRONT), np.int32(BACK))
     L = scene.material.emission[jnp.maximum(seen.shape, 0), side]
     L = either(seen.shape >= 0, L, 0.0)
     jump = jnp.zeros_like(cuts.sine).at[seen.order].set(L[:-1] - L[1:])

@@ -110,6 +110,14 @@ def test_halvings_cut_every_panel_into_equal_parts(halvings):
         np.testing.assert_allclose(fine[sheet], parts, rtol=0.0, atol=1e-14)
 
 
+def test_the_most_nodes_are_those_of_all_walls_together():
+    """Each wall has 6 panels before halvings; one after another they come to 1536, of 2500."""
+    fine = Discretization(8, 0.1, 8)
+    walls = primitive(box((-2, -2), (2, 2), inward=True))
+    with pytest.raises(ValueError, match=r"at most 20000 nodes on all surfaces .* shape 1 takes"):
+        cut_into_panels(Scene.of(walls, points=PointLights((0.0, 0.0), 1.0)), fine)
+
+
 def test_panels_are_cut_where_shapes_stand_on_each_other_cross_and_end_a_shadow():
     """A box stands on the floor, a board crosses it, another hangs below the lamp."""
     lamp = PointLights((2.0, 2.5), 1.0)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss
 
-from firstorder.flatland import Receiver
+from firstorder.flatland import Arcs, Circles, Ellipses, Receiver, Scene, primitive
 from firstorder.flatland.bounces._panels import Panels
 from firstorder.flatland.bounces._transfer import panel_irradiance
 from tests.flatland.traced import COUNT, direction, limbs, met, place, scene
@@ -146,3 +146,29 @@ def test_light_of_panels_and_both_derivatives_are_those_of_quadrature_in_angle(j
     assert jets[k, 0] == pytest.approx(value, rel=1e-9)
     assert jets[k, 1] == pytest.approx(slope, rel=1e-6, abs=1e-7)
     assert jets[k, 2] == pytest.approx(bend, rel=1e-4, abs=1e-5)
+
+
+@pytest.mark.parametrize("middle", [(3.0, -2.0), (100.0, 50.0)])
+@pytest.mark.parametrize("shape", ["circle", "ellipse", "arcs"])
+def test_within_a_hollow_shape_of_even_light_every_place_gets_it_from_all_directions(shape, middle):
+    """`int cos = 2`, wherever the shape stands: a small one far off is rounded coarsely."""
+    made = {
+        "circle": Circles(middle, 0.1),
+        "ellipse": Ellipses(middle, (0.1, 0.04), 0.4),
+        "arcs": Arcs([middle] * 2, 0.1, [0.5, 0.5 + np.pi], np.pi),
+    }[shape]
+    inside = 0 if shape == "arcs" else 1
+    hollow = Scene.of(primitive(made))
+    sheets = np.repeat(np.arange(hollow.count), 4)
+    ends = np.tile([[0.0, 0.25], [0.25, 0.5], [0.5, 0.75], [0.75, 1.0]], (hollow.count, 1))
+    panels = Panels(jnp.array(sheets), jnp.full(sheets.size, inside), jnp.array(ends), 4)
+
+    @jax.jit
+    @jax.vmap
+    def gathered(s):
+        frame = hollow.frame(0, s)
+        at = Receiver(frame.position, frame.n + np.pi * inside, 0)
+        return panel_irradiance(hollow, panels, jnp.ones((sheets.size, 4)), at)
+
+    E = gathered(jnp.asarray(np.random.default_rng(0).uniform(size=200)))
+    np.testing.assert_allclose(E, 2.0, rtol=1e-6)

@@ -56,11 +56,11 @@ def test_a_ray_meets_a_side_of_a_shape(name, met):
     here = got.vertex
     assert here.on == number
     t = np.array([normal[1], -normal[0]])  # the normal is to the left of it
-    np.testing.assert_allclose(here.tangent, t, atol=1e-12)
-    np.testing.assert_allclose(here.sine, along @ t, atol=1e-12)
-    np.testing.assert_allclose(here.cosine, -along @ normal, atol=1e-12)
+    np.testing.assert_allclose(here.tangent, t, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(here.sine, along @ t, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(here.cosine, -along @ normal, rtol=0.0, atol=1e-12)
     # A step before the side that is met, which is tiny.
-    np.testing.assert_allclose(here.position, np.array(place) + step * normal, atol=1e-12)
+    np.testing.assert_allclose(here.position, np.array(place) + step * normal, rtol=0.0, atol=1e-12)
     assert 0.5 * step < (np.asarray(here.position) - np.array(place)) @ normal < 1e-6
     side = 0 if front else 1
     m = here.surface
@@ -80,7 +80,7 @@ def test_the_parameter_is_that_of_the_shape(met):
 
 def test_a_ray_does_not_meet_the_place_that_it_starts_from(met):
     np.testing.assert_array_equal(met.vertex.on[4:6], [1, 1])
-    np.testing.assert_allclose(met.vertex.position[4:6, 1], [2.0, 4.0], atol=1e-6)
+    np.testing.assert_allclose(met.vertex.position[4:6, 1], [2.0, 4.0], rtol=0.0, atol=1e-6)
 
 
 def test_rays_that_meet_nothing_find_the_sky_or_the_dark(met):

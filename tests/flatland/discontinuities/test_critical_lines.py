@@ -67,8 +67,8 @@ def test_no_line_is_missing(name, count):
 def test_a_curve_that_bends_both_ways_has_a_tangent_of_its_own():
     a, b = critical_lines(Scene.of(primitive(bean())))
     assert len(a) == 1  # the bridge over its hollow
-    np.testing.assert_allclose(a.point[0, 1], b.point[0, 1], atol=1e-9)
-    np.testing.assert_allclose(a.point[0, 0], -b.point[0, 0], atol=1e-9)
+    np.testing.assert_allclose(a.point[0, 1], b.point[0, 1], rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(a.point[0, 0], -b.point[0, 0], rtol=0.0, atol=1e-9)
 
 
 def test_circles_agree_with_ellipses_that_are_circles():
@@ -78,7 +78,7 @@ def test_circles_agree_with_ellipses_that_are_circles():
         primitive(Ellipses([(0.0, 0.0), (3.0, 0.4)], [(1.0, 1.0), (0.5, 0.5)], [0.0, 0.0]))
     )
     a, b = (np.sort(critical_lines(s)[0].point, axis=0) for s in (circles, ellipses))
-    np.testing.assert_allclose(a, b, atol=1e-9)
+    np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-9)
 
 
 def test_a_common_end_is_one_edge():

@@ -81,6 +81,14 @@ def test_the_wall_of_fig_14_throws_no_shadow():
     np.testing.assert_array_equal(white, none)
 
 
+def test_the_wall_of_fig_14_is_as_high_as_its_lamp_and_faces_the_floor():
+    scene = scenes.fig14()
+    (wall,) = scene.named("wall")
+    points = [np.asarray(scene.frame(wall, s).position) for s in (0.0, 0.25, 1.0)]
+    np.testing.assert_allclose(points, [[0.0, 1.0], [0.0, 0.75], [0.0, 0.0]], rtol=0.0, atol=1e-15)
+    np.testing.assert_allclose(scene.frame(wall, 0.5).normal, [1.0, 0.0], rtol=0.0, atol=1e-15)
+
+
 def test_the_lamp_of_fig_14_hangs_over_the_middle_of_the_floor():
     E = floor_irradiance(scenes.fig14("none"), np.linspace(0.0, 1.0, 9))
     np.testing.assert_allclose(E, E[::-1], rtol=1e-13)
@@ -100,7 +108,9 @@ def test_bumps_lie_on_their_profile():
     ):
         group = scene.groups[0]
         for points in (np.asarray(group.start), np.asarray(group.end)):
-            np.testing.assert_allclose(points[:, 1], bumps.height(points[:, 0]), atol=1e-15)
+            np.testing.assert_allclose(
+                points[:, 1], bumps.height(points[:, 0]), rtol=0.0, atol=1e-15
+            )
         middle = np.asarray(0.5 * (group.start + group.end))
         step = float(np.asarray(group.end - group.start)[0, 0])
         x = np.linspace(middle[0, 0], middle[-1, 0], 4001)

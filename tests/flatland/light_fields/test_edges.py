@@ -38,6 +38,7 @@ LINES = {
     "backwards": Receiver((0.4, 0.5), np.pi - 0.2),
     "on a wall": Receiver((0.3, 0.0), 0.0, 0),
 }
+TURN = 2.0 * np.pi
 CASES = [(a, b) for a in LINES for b in FRAMES if "out" not in b or a != "on a wall"]
 
 
@@ -187,8 +188,8 @@ def test_levels_of_a_curve_are_angles_and_slopes_past_its_tangents(frame):
         values = np.stack([levels(e.level, u) for e in found])
         there = values[:, 0] != values[:, 1]
         assert np.all(values[~there] == 1.0)
-        np.testing.assert_allclose(np.sort(0.05 - values[there, 0]), true, atol=1e-8)
-        np.testing.assert_allclose(np.sort(0.3 - values[there, 1]), true, atol=1e-8)
+        np.testing.assert_allclose(np.sort(0.05 - values[there, 0]), true, rtol=0.0, atol=1e-8)
+        np.testing.assert_allclose(np.sort(0.3 - values[there, 1]), true, rtol=0.0, atol=1e-8)
         met.add(len(true))
     assert met == {2, 4}  # the dent is seen from some places only
 
@@ -239,10 +240,37 @@ def test_light_jumps_as_a_tracer_sees_it_and_so_does_its_derivative(line, frame)
         second = np.where(there, np.tan(labels) if "slopes" in frame else labels, 0.0)
         rays = jnp.asarray(np.stack([np.full(len(numbers), x), second], -1))
         found, change = with_slope(jumps, rays)
-        np.testing.assert_allclose(np.asarray(found)[there], value[there], atol=3e-6)
+        np.testing.assert_allclose(np.asarray(found)[there], value[there], rtol=0.0, atol=3e-6)
         np.testing.assert_allclose(np.asarray(change)[there], slope[there], rtol=1e-4, atol=1e-4)
         if frame == "in":  # for rays that lead away from the edge there is none
             away, _ = with_slope(jumps, rays + jnp.array([0.0, np.pi]))
             np.testing.assert_array_equal(np.asarray(away)[there], 0.0)
         sizeable += np.sum(np.abs(value[there]) > 0.05)
     assert sizeable > 5
+
+
+@pytest.mark.parametrize("R", [0.2, 30.0])
+def test_light_jumps_at_a_limb_by_that_of_the_place_that_the_sight_touches(R):
+    """On a disc that is brighter towards its right; from near, a hair beside the limb is far on it.
+
+    The place touched is turned from the eye by `arccos(R / D)`, where D is the centre's distance.
+    """
+    disc = Scene.of(primitive(Circles((0.3, R + 1.0), R)))
+    light = light_field(
+        disc, Receiver((0.0, 0.0), 0.0), radiance=lambda i, s, front, way: 2.0 + jnp.sin(TURN * s)
+    )
+
+    def touched(x, side):
+        w = np.array([x - 0.3, -R - 1.0])
+        turn = np.arctan2(w[1], w[0]) - side * np.arccos(R / np.hypot(*w))
+        to = np.array([0.3, R + 1.0]) + R * np.array([np.cos(turn), np.sin(turn)]) - [x, 0.0]
+        return np.arctan2(-to[0], to[1]), -side * (2.0 + np.cos(turn))
+
+    x, h = 0.05, 1e-5
+    for edge, side in zip(light.edges(), (1.0, -1.0), strict=True):
+        label, value = touched(x, side)
+        slope = (touched(x + h, side)[1] - touched(x - h, side)[1]) / (2.0 * h)
+        assert edge.level(x, label) == pytest.approx(0.0, abs=1e-12)
+        found = edge.jump.jet(jnp.array([x, label]))
+        assert found.value == pytest.approx(value, rel=1e-9)
+        np.testing.assert_allclose(found.gradient, [slope, 0.0], rtol=1e-6, atol=1e-9)

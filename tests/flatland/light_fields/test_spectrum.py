@@ -18,6 +18,7 @@ from firstorder.flatland import (
     primitive,
 )
 from firstorder.flatland.light_fields import spectrum_in
+from firstorder.flatland.light_fields.spectrum import series_in
 from firstorder.laws import Move
 from firstorder.shadowfield import PLANE, PlanarShadowSpectrum
 from firstorder.shadowfield.plane.spectra import _Outer
@@ -132,3 +133,19 @@ def test_the_shape_on_which_the_line_lies_does_not_pierce_it():
         else:
             with pytest.raises(Refused, match="passes through"):
                 spectrum_in(light, box)
+
+
+def test_the_series_of_a_box_has_the_mean_of_light_times_each_wave():
+    """A lamp from -0.4 to 0.4, 2 above the line: it is seen where `|x - 2 v| < 0.4`."""
+    lamp = primitive(Segments((0.4, 2.0), (-0.4, 2.0)), emission=1.5)
+    light = light_field(Scene.of(lamp), Receiver((0.0, 0.0), 0.0), frame=FLATLAND_SLOPE)
+    found = series_in(light, Grid.spanning((5, 4), (3.0, 1.0)))
+    v = (np.arange(4000) + 0.5) / 2000 - 1.0
+    for w, c in zip(np.asarray(found.frequencies), np.asarray(found.coefficients), strict=True):
+        # Along x the light is a box about 2 v, within the period.
+        wave = np.exp(-2j * np.pi * (w[0] * 2.0 * v + w[1] * v))
+        mean = 1.5 * 0.8 * np.sinc(0.8 * w[0]) * wave.mean() / 6.0
+        np.testing.assert_allclose(c, mean, rtol=0.0, atol=1e-6)
+    steps = np.sort(np.asarray(found.frequencies), axis=0)
+    np.testing.assert_allclose(np.unique(steps[:, 0]), np.arange(-2, 3) / 6.0, rtol=0.0, atol=1e-15)
+    np.testing.assert_allclose(np.unique(steps[:, 1]), [-1.0, -0.5, 0.0, 0.5], rtol=0.0, atol=1e-15)

@@ -24,6 +24,22 @@ def asked(w, d, on=False):
     return [tuple(np.asarray(a).item() for a in one) for one in found]
 
 
+@pytest.mark.parametrize("off", [-1e-12, 1e-12])
+@pytest.mark.parametrize("lean", [0.4, 1e-4, 1e-8])
+def test_a_ray_along_the_circle_from_a_point_on_it_to_rounding_meets_it_again(off, lean):
+    """After the chord `2 sin(lean)`; by steps of its start it changes as that of any start does."""
+    up, along = np.array([0.6, 0.8]), np.array([-0.8, 0.6])
+    w, d = (1.0 + off) * up, np.cos(lean) * along - np.sin(lean) * up
+    _, (t, there, nearly) = asked(w, d, True)
+    assert there
+    assert nearly
+    assert t == pytest.approx(2.0 * np.sin(lean), rel=1e-4 if lean < 1e-6 else 1e-7)
+    on = jnp.array(True)
+    change = jax.grad(lambda w: unit_circle_roots(w, jnp.asarray(d), on)[1][0])(jnp.asarray(w))
+    b = w @ d
+    np.testing.assert_allclose(change, -d + (b * d - w) / abs(b), rtol=1e-6)
+
+
 LINES = [(3.0 * RNG.normal(size=2), RNG.normal(size=2)) for _ in range(60)]
 LINES += [(0.5 * RNG.uniform(-1, 1, 2), RNG.normal(size=2)) for _ in range(10)]
 
@@ -104,7 +120,9 @@ def test_tangents_touch_the_circle_left_and_right(w):
     points, there = (np.asarray(a) for a in touched(jnp.array(w), FREE))
     assert there.tolist() == [True, True]
     np.testing.assert_allclose(np.linalg.norm(points, axis=1), 1.0, rtol=1e-12)
-    np.testing.assert_allclose(np.sum(points * (points - np.array(w)), 1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(
+        np.sum(points * (points - np.array(w)), 1), 0.0, rtol=0.0, atol=1e-12
+    )
     cross = w[0] * points[:, 1] - w[1] * points[:, 0]
     assert cross[0] < 0.0 < cross[1]  # the second lies to the left of the way out
 
@@ -117,7 +135,7 @@ def test_inside_there_are_none_and_on_the_circle_they_lie_to_both_sides():
         points, there = touched(jnp.array([0.0, 1.0 + step]), FREE)
         assert there.tolist() == [here, here]
         if here:
-            np.testing.assert_allclose(points, [(0.0, 1.0), (0.0, 1.0)], atol=1e-4)
+            np.testing.assert_allclose(points, [(0.0, 1.0), (0.0, 1.0)], rtol=0.0, atol=1e-4)
             assert points[0, 0] > 0.0 > points[1, 0]
 
 

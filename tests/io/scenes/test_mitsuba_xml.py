@@ -127,7 +127,7 @@ def test_a_turn_is_that_of_scipy(axis, angle):
     unit = np.array(axis) / np.linalg.norm(axis)
     expected = np.eye(4)
     expected[:3, :3] = Rotation.from_rotvec(np.radians(angle) * unit).as_matrix()
-    np.testing.assert_allclose(found, expected, atol=1e-15)
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-15)
 
 
 def test_a_frame_looks_at_its_target_with_up_upward():
@@ -136,7 +136,7 @@ def test_a_frame_looks_at_its_target_with_up_upward():
     np.testing.assert_array_equal(at, [1.0, 2.0, 3.0])
     np.testing.assert_array_equal(found[3], [0.0, 0.0, 0.0, 1.0])
     np.testing.assert_allclose(ahead, np.array([2.0, -1.0, 2.0]) / 3.0, rtol=1e-15)
-    np.testing.assert_allclose(found[:3, :3].T @ found[:3, :3], np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(found[:3, :3].T @ found[:3, :3], np.eye(3), rtol=0.0, atol=1e-15)
     assert np.linalg.det(found[:3, :3]) > 0.0
     assert up @ [0.1, 1.0, 0.2] > 0.0
     assert left @ [0.1, 1.0, 0.2] == pytest.approx(0.0, abs=1e-15)

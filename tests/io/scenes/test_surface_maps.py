@@ -247,7 +247,7 @@ def test_radiance_files_may_be_white(tmp_path):
     assert isinstance(bump, Picture)
     assert isinstance(normals, Picture)
     np.testing.assert_array_equal(texture.values, 1.0)
-    np.testing.assert_allclose(normals.values[0, 0], [0.5039, 0.5039, 1.0], atol=1e-4)
+    np.testing.assert_allclose(normals.values[0, 0], [0.5039, 0.5039, 1.0], rtol=0.0, atol=1e-4)
     assert np.max(bump.values) > 1.0  # a height is no share
     with pytest.raises(ValueError, match="a texture must lie in"):
         coat("texture", "above")
@@ -261,7 +261,8 @@ def test_coats_of_python_are_refused_as_those_of_files():
     for texture in (
         ImageTexture([[0.5, 1.5]]),
         ImageTexture([[-0.1]]),
-        SolidWaves([[1.0, 0.0, 0.0]], 0.6, 0.5),
+        SolidWaves([[1.0, 0.0, 0.0]], 0.5, mean=0.6),
+        SolidWaves([[1.0, 0.0, 0.0]], 0.5, mean=0.4),
     ):
         with pytest.raises(ValueError, match=r"Argument `texture` must lie in \[0, 1\], but"):
             MapSet(texture)

@@ -38,21 +38,21 @@ def test_a_bezier_runs_where_casteljau_s_lines_have_it():
             control = curve.control
             while len(control) > 1:
                 control = control[:-1] + t * np.diff(control, axis=0)
-            np.testing.assert_allclose(point, control[0], atol=1e-14)
+            np.testing.assert_allclose(point, control[0], rtol=0.0, atol=1e-14)
         np.testing.assert_array_equal(found[[0, -1]], curve.control[[0, -1]])
 
 
 def test_a_conic_runs_by_its_half_diameters():
     found = conic((2.0, 0.1), (0.3, 1.0), math.pi / 2, -math.pi).points(2)
-    np.testing.assert_allclose(found, [[1.3, -1.0], [3.0, -1.9], [0.7, -3.0]], atol=1e-14)
+    np.testing.assert_allclose(found, [[1.3, -1.0], [3.0, -1.9], [0.7, -3.0]], rtol=0.0, atol=1e-14)
 
 
 @pytest.mark.parametrize("piece", [CUBIC, LEANING], ids=["bezier", "conic"])
 def test_pieces_keep_their_places_when_they_are_mapped_and_turned(piece):
     A, b = np.array([[1.0, 0.3], [0.2, -2.0]]), np.array([0.5, 1.0])
     p = piece.points(7)
-    np.testing.assert_allclose(piece.mapped(A, b).points(7), p @ A.T + b, atol=1e-14)
-    np.testing.assert_allclose(piece.turned().points(7), p[::-1], atol=1e-14)
+    np.testing.assert_allclose(piece.mapped(A, b).points(7), p @ A.T + b, rtol=0.0, atol=1e-14)
+    np.testing.assert_allclose(piece.turned().points(7), p[::-1], rtol=0.0, atol=1e-14)
     second = np.diff(piece.points(1000), 2, axis=0) * 1000.0**2
     assert np.max(np.hypot(*second.T)) <= piece.bend * (1 + 1e-6)
 
@@ -211,7 +211,7 @@ def test_arcs_run_where_the_conic_does(mirror, sweep):
     assert kind == "arc"
     angle = found["start"] + np.linspace(0.0, 1.0, 8)[:, None] * found["sweep"]
     points = found["radius"] * np.concatenate([-np.sin(angle), np.cos(angle)], -1)
-    np.testing.assert_allclose(found["center"] + points, piece.points(7), atol=1e-13)
+    np.testing.assert_allclose(found["center"] + points, piece.points(7), rtol=0.0, atol=1e-13)
 
 
 @pytest.mark.parametrize("mirror", [1.0, -1.0])
@@ -222,7 +222,7 @@ def test_an_ellipse_that_looks_inward_is_a_curve_of_one_harmonic(mirror):
     turn = 2.0 * np.pi * np.linspace(0.0, 1.0, 8)[:, None]
     (middle, right), (still, up) = found["cosines"], found["sines"]
     points = middle + np.cos(turn) * right + np.sin(turn) * up
-    np.testing.assert_allclose(points, piece.points(7), atol=1e-13)
+    np.testing.assert_allclose(points, piece.points(7), rtol=0.0, atol=1e-13)
     np.testing.assert_array_equal(still, 0.0)
 
 

@@ -132,7 +132,7 @@ def test_arcs_of_circles_are_arcs_even_when_they_are_turned_and_mirrored():
         m = affine(transform)
         expected = np.array([[0, 0], [np.sqrt(2), 2 - np.sqrt(2)], [2, 2]]) @ m[:, :2].T + m[:, 2]
         found = np.array([f.position for f in frames])
-        np.testing.assert_allclose(found, expected * [1, -1], atol=1e-12)
+        np.testing.assert_allclose(found, expected * [1, -1], rtol=0.0, atol=1e-12)
         assert isinstance(scene.groups[0], Arcs)
 
 
@@ -246,7 +246,7 @@ def test_a_transform_is_about_its_origin(style):
     """A quarter turn, by hand: (1, 0) about (3, 1) goes to (4, -1), and y is turned upside down."""
     turn = style.format("transform", "rotate(90)", "transform-origin", "3px 1")
     scene = svg(f'<circle cx="1" r="0.5" {turn}/>')
-    np.testing.assert_allclose(group(scene, Circles).center, [[4.0, 1.0]], atol=1e-12)
+    np.testing.assert_allclose(group(scene, Circles).center, [[4.0, 1.0]], rtol=0.0, atol=1e-12)
 
 
 def test_of_a_switch_there_is_one():
@@ -331,13 +331,13 @@ def materials(inside: str) -> Any:
 def test_colours_classes_and_data_say_what_is_reflected(attributes, albedo):
     rules = ".half, .other { fill: red; stroke: rgb(50%,50%,50%) } /* */ #third{fill:#4d4d4d}"
     scene = svg(f'<style>{rules}</style><circle r="1" {attributes}/>')
-    np.testing.assert_allclose(scene.material.albedo, [[albedo, albedo]], atol=2.1e-3)
+    np.testing.assert_allclose(scene.material.albedo, [[albedo, albedo]], rtol=0.0, atol=2.1e-3)
 
 
 def test_the_current_colour_is_that_of_the_element_or_of_those_around_it():
     circle = '<circle r="1" fill="currentColor"'
     scene = svg(f'<g color="#808080">{circle}/>{circle} style="color: white"/></g>{circle}/>')
-    np.testing.assert_allclose(scene.material.albedo[:, 0], [128 / 255, 1, 0], atol=1e-12)
+    np.testing.assert_allclose(scene.material.albedo[:, 0], [128 / 255, 1, 0], rtol=0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -353,7 +353,7 @@ def test_the_current_colour_is_that_of_the_element_or_of_those_around_it():
 )
 def test_of_several_rules_the_same_holds_as_in_css(rules, attributes, albedo):
     scene = svg(f'<style>{rules}</style><circle r="1" {attributes}/>')
-    np.testing.assert_allclose(scene.material.albedo[0, 0], albedo, atol=1e-12)
+    np.testing.assert_allclose(scene.material.albedo[0, 0], albedo, rtol=0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -371,7 +371,7 @@ def test_of_several_rules_the_same_holds_as_in_css(rules, attributes, albedo):
 )
 def test_rules_that_hold_on_a_screen_are_those_of_the_drawing(rules):
     scene = svg(f'<style>{rules}</style><circle r="1" class="a"/>')
-    np.testing.assert_allclose(scene.material.albedo[0, 0], 1.0, atol=1e-12)
+    np.testing.assert_allclose(scene.material.albedo[0, 0], 1.0, rtol=0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize("condition", ["print", "(prefers-color-scheme: dark)", "not screen"])
@@ -381,7 +381,7 @@ def test_rules_under_another_condition_are_left_out_with_a_warning(condition):
     with pytest.warns(UserWarning, match=words) as warned:
         scene = svg(f'<style>.a {{fill: white}} {dark}</style><circle r="1" class="a"/>')
     assert len(warned) == 1
-    np.testing.assert_allclose(scene.material.albedo[0, 0], 1.0, atol=1e-12)
+    np.testing.assert_allclose(scene.material.albedo[0, 0], 1.0, rtol=0.0, atol=1e-12)
 
 
 def test_a_condition_on_what_is_not_read_is_left_out_in_silence():

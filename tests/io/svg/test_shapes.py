@@ -14,7 +14,7 @@ def outline(path, chords=40):
     """Points all along a subpath; its pieces begin where the one before ends."""
     parts = [piece.points(chords) for piece in path.pieces]
     for before, behind in itertools.pairwise(parts):
-        np.testing.assert_allclose(before[-1], behind[0], atol=1e-12)
+        np.testing.assert_allclose(before[-1], behind[0], rtol=0.0, atol=1e-12)
     return np.concatenate(parts)
 
 
@@ -192,7 +192,7 @@ def test_a_rounded_rectangle_ends_at_its_size_and_its_corners_are_quarters(round
     p = outline(path, 400)
     beyond = np.maximum(np.abs(p - [4.0, 4.0]) - [3.0 - rx, 2.0 - ry], 0.0)
     np.testing.assert_allclose(np.hypot(*(beyond / [rx, ry]).T), 1.0, rtol=1e-12)
-    np.testing.assert_allclose(p[-1], p[0], atol=1e-12)
+    np.testing.assert_allclose(p[-1], p[0], rtol=0.0, atol=1e-12)
     x, y = p.T
     area = 0.5 * np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))
     assert area == pytest.approx(24.0 - (4.0 - math.pi) * rx * ry, rel=1e-5)
@@ -263,7 +263,7 @@ def test_an_arc_is_that_of_the_four_ellipses_through_its_ends(large, sweeping):
     (arc,) = path.pieces
     assert isinstance(arc, Conic)
     p = arc.points(20)
-    np.testing.assert_allclose(p[[0, -1]], [[0.5, 0.0], [2.0, 1.0]], atol=1e-12)
+    np.testing.assert_allclose(p[[0, -1]], [[0.5, 0.0], [2.0, 1.0]], rtol=0.0, atol=1e-12)
     c, s = math.cos(math.radians(20)), math.sin(math.radians(20))
     x, y = (p - arc.center).T
     np.testing.assert_allclose(np.hypot((c * x + s * y) / 3.0, c * y - s * x), 1.0, rtol=1e-12)

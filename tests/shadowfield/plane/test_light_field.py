@@ -77,16 +77,16 @@ def test_both_names_of_a_ray_see_the_same():
 
 def test_the_jacobian_of_the_names_is_the_distance():
     M, slope = to_two_planes(D1).M, np.array([[1.0, D1], [1.0, 0.0]])  # (y + d1 v, y) over (y, v)
-    np.testing.assert_allclose(M @ slope, np.eye(2), atol=1e-15)
+    np.testing.assert_allclose(M @ slope, np.eye(2), rtol=0.0, atol=1e-15)
     assert abs(abs(np.linalg.det(M)) - 1.0 / D1) < 1e-15
     f = to_two_planes(D1)(blocked())
-    np.testing.assert_allclose(f(0.1 + 0.3 * D1, 0.1), blocked()(0.1, 0.3), atol=0.0)
+    np.testing.assert_allclose(f(0.1 + 0.3 * D1, 0.1), blocked()(0.1, 0.3), rtol=0.0, atol=0.0)
 
 
 @pytest.mark.smoke
 def test_the_shadow_is_the_visible_length(profile):
     truth = [seen_length(x) for x in X]
-    np.testing.assert_allclose(profile(X).value, truth, atol=rounding(100))
+    np.testing.assert_allclose(profile(X).value, truth, rtol=0.0, atol=rounding(100))
 
 
 def test_its_slope_holds_the_boundary_terms(profile):
@@ -94,8 +94,8 @@ def test_its_slope_holds_the_boundary_terms(profile):
     inside = X + 0.0123
     step = 1e-4
     slope = [(seen_length(x + step) - seen_length(x - step)) / (2 * step) for x in inside]
-    np.testing.assert_allclose(profile(inside).gradient[:, 0], slope, atol=1e-9)
-    np.testing.assert_allclose(profile(inside).hessian, 0.0, atol=1e-9)
+    np.testing.assert_allclose(profile(inside).gradient[:, 0], slope, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(profile(inside).hessian, 0.0, rtol=0.0, atol=1e-9)
 
 
 def midpoints(n=200000):
@@ -131,7 +131,7 @@ def test_the_exact_form_is_the_irradiance_of_the_scene():
     scene = Scene.of(primitive(strips_), lamp)
     truth = jax.jit(jax.vmap(lambda x: irradiance(scene, Receiver(jnp.stack([x, 0.0]), 0.0))))(X)
     h = jax.jit(lambda x: shadow_irradiance(blocked(), UNIFORM, D1, LOW, HIGH, "exact", 24)(x))(X)
-    np.testing.assert_allclose(h, truth, atol=1e-12)
+    np.testing.assert_allclose(h, truth, rtol=0.0, atol=1e-12)
 
 
 def test_pulling_the_form_factor_out_errs_by_no_more_than_the_bound():

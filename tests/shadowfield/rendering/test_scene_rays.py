@@ -34,8 +34,8 @@ def test_shares_of_the_way_are_those_at_which_rays_enter_and_leave_a_ball():
     np.testing.assert_array_equal(np.isfinite(first), hit)
     np.testing.assert_array_equal(np.isfinite(last), hit)
     size = np.sqrt(root[hit])
-    np.testing.assert_allclose(first[hit], (-half[hit] - size) / square[hit], atol=1e-9)
-    np.testing.assert_allclose(last[hit], (-half[hit] + size) / square[hit], atol=1e-9)
+    np.testing.assert_allclose(first[hit], (-half[hit] - size) / square[hit], rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(last[hit], (-half[hit] + size) / square[hit], rtol=0.0, atol=1e-9)
     assert np.all(np.isposinf(first[~hit]))
     assert np.all(np.isneginf(last[~hit]))
     # Of two things the one nearer to the receiver is last.
@@ -62,7 +62,7 @@ def test_own_rays_see_the_share_that_contours_do(strata):
     ]
     assert np.ptp(share) > 0.2
     sigma = np.sqrt(1.9 * strata / 6.0) / strata**2
-    np.testing.assert_allclose(found, share, atol=4.0 * sigma)
+    np.testing.assert_allclose(found, share, rtol=0.0, atol=4.0 * sigma)
     assert np.sqrt(np.mean((found - np.array(share)) ** 2)) < 1.5 * sigma
 
 

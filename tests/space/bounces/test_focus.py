@@ -125,18 +125,22 @@ def law(t, rim):
     return 0.5 * about / np.log1p(2.0 / rim) + 0.5 * t * (2.0 - t)
 
 
-def test_half_of_the_directions_lie_about_the_ball_evenly_at_every_scale(key):
-    distance, u = 4.0, jax.random.uniform(key, (COUNT, 3))
+@pytest.mark.parametrize("distance", [4.0, 0.45])
+def test_half_of_the_directions_lie_about_the_ball_evenly_at_every_scale(distance, key):
+    u = jax.random.uniform(key, (COUNT, 3))
     here = vertices(SURFACES["diffuse"], np.asarray(BALL.middle) - distance * UP, COUNT)
     rim = 1.0 - np.sqrt(1.0 - (0.4 / distance) ** 2)
 
     def shares(guided):
-        along, _ = eqx.filter_jit(aimed)(BALL, here, jnp.full(COUNT, guided), u)
+        along, weight = eqx.filter_jit(aimed)(BALL, here, jnp.full(COUNT, guided), u)
         x, y, z = np.asarray(along).T
-        return np.stack([law(1.0 - z, rim), turn_share(np.arctan2(y, x))], -1)
+        return weight, z, np.stack([law(1.0 - z, rim), turn_share(np.arctan2(y, x))], -1)
 
-    assert uniform_p_value(shares(True)) > LEVEL
-    assert uniform_p_value(shares(False)) < LEVEL
+    weight, z, found = shares(True)
+    assert uniform_p_value(found) > LEVEL
+    density = (1.0 / (1.0 - z + rim) + 1.0 / (1.0 + z + rim)) / np.log1p(2.0 / rim) + 2.0 * z
+    np.testing.assert_allclose(weight, 0.7 * z / (0.25 * density), rtol=1e-9)
+    assert uniform_p_value(shares(False)[2]) < LEVEL
 
 
 def test_from_within_the_ball_directions_are_those_of_the_surface(key):

@@ -59,7 +59,7 @@ def test_a_lamp_sends_pi_times_radiance_times_area(name, key):
 
 @pytest.mark.parametrize(("emission", "hit"), [((2.0, 0.0), 1), ((0.0, 2.0), 2)])
 def test_a_panel_sends_light_from_the_side_that_shines(emission, hit, key):
-    """One that faces down, between a floor and a ceiling without end."""
+    """One that faces down, between a floor and a ceiling without end; by the cosine."""
     panel, area = LAMPS["rectangle"]
     floor, ceiling = plane((0, 0, 0), (0, 0, 1)), plane((0, 0, 2), (0, 0, -1))
     scene = Scene.of(primitive(panel, emission=emission), primitive(floor), primitive(ceiling))
@@ -67,6 +67,8 @@ def test_a_panel_sends_light_from_the_side_that_shines(emission, hit, key):
     assert np.all(found.index[0] == hit)
     assert np.all(found.front)
     np.testing.assert_allclose(jnp.sum(found.flux), 2.0 * np.pi * area, rtol=1e-12)
+    np.testing.assert_allclose(jnp.linalg.norm(found.back, axis=-1), 1.0, rtol=1e-12)
+    assert z_test_of(estimate(abs(found.back[0, :, 2])), 2.0 / 3.0).passed
 
 
 @pytest.mark.parametrize("name", LAMPS)

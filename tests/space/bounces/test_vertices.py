@@ -46,7 +46,7 @@ def test_a_ray_meets_a_side_of_a_shape(name):
     assert names(all_of_it)[int(here.on[0])] == kind
     np.testing.assert_allclose(L, [emission])
     np.testing.assert_allclose(here.albedo, [albedo])
-    np.testing.assert_allclose(here.normal, [normal], atol=1e-12)
+    np.testing.assert_allclose(here.normal, [normal], rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(here.back, [-along])
     glossy = kind == "Ellipsoids"
     np.testing.assert_allclose(here.specular, [0.3 * glossy])
@@ -62,7 +62,7 @@ def test_a_ray_that_meets_nothing_sees_the_sky():
     here, there, L = meet(scene(), jnp.array([[3.0, 0.0, 1.0]]), jnp.array([[0.0, 0.6, 0.8]]), -1)
     assert there.tolist() == [False]
     assert L.tolist() == [9.0]
-    np.testing.assert_allclose(here.position, [[3.0, 0.0, 1.0]], atol=1e-3)
+    np.testing.assert_allclose(here.position, [[3.0, 0.0, 1.0]], rtol=0.0, atol=1e-3)
 
 
 def test_rays_within_a_ball_meet_its_other_side():
@@ -73,7 +73,7 @@ def test_rays_within_a_ball_meet_its_other_side():
     assert vertices.unmet(all_of_it, on, back).tolist() == [-1, ball, floor, floor, -1]
     here, *_ = meet(all_of_it, jnp.array([[0.0, 0.0, 3.0]]), jnp.asarray([X]), -1)
     assert here.own.tolist() == [-1]
-    np.testing.assert_allclose(here.normal, [-X], atol=1e-12)
+    np.testing.assert_allclose(here.normal, [-X], rtol=0.0, atol=1e-12)
 
 
 def test_steps_are_as_long_as_coordinates_are_rough():
@@ -170,7 +170,7 @@ def test_the_first_number_picks_the_lobe_and_the_second_the_angle_from_its_axis(
 def test_the_third_number_turns_about_the_axis():
     u = np.column_stack([np.full(8, 0.9), np.full(8, 0.5), np.arange(8) / 8])
     along, *_ = scattered(vertex(*MATERIALS["both"], 8), jnp.asarray(u))
-    np.testing.assert_allclose(np.mean(along, axis=0), np.sqrt(0.5) * NORMAL, atol=1e-12)
+    np.testing.assert_allclose(np.mean(along, axis=0), np.sqrt(0.5) * NORMAL, rtol=0.0, atol=1e-12)
     flat = np.asarray(along) - np.sqrt(0.5) * NORMAL
     turns = np.sum(flat * np.roll(flat, -1, axis=0), -1) / 0.5
     np.testing.assert_allclose(turns, np.sqrt(0.5), rtol=1e-9)

@@ -32,11 +32,13 @@ def test_points_are_spread_over_the_chord_of_a_plane(count):
     assert 5 < len(which) < 40
     assert places.shape == (len(which), 1 + count, 3)
     flat = in_plane(places)
-    np.testing.assert_allclose(flat[..., 2], 0.0, atol=1e-12)
+    np.testing.assert_allclose(flat[..., 2], 0.0, rtol=0.0, atol=1e-12)
     off = np.einsum("nkc,nc->nk", places - (MIDDLE + 0.5 * point)[which, None], normal[which])
-    np.testing.assert_allclose(off, 0.0, atol=1e-11)
+    np.testing.assert_allclose(off, 0.0, rtol=0.0, atol=1e-11)
     steps = np.diff(flat, axis=1)
-    np.testing.assert_allclose(steps, np.broadcast_to(steps[:, :1], steps.shape), atol=1e-11)
+    np.testing.assert_allclose(
+        steps, np.broadcast_to(steps[:, :1], steps.shape), rtol=0.0, atol=1e-11
+    )
     for end in (flat[:, 0] - 0.5 * steps[:, 0], flat[:, -1] + 0.5 * steps[:, 0]):
         np.testing.assert_allclose(np.max(np.abs(end), axis=1), REACH, rtol=1e-9)
     # Those that are left out pass the square: all of its corners are on one side.
@@ -52,7 +54,7 @@ def test_chords_along_the_sides_of_the_square_end_at_the_other_sides():
     places, which = curves.within(AT, point, normal, REACH, 2)
     assert which.tolist() == [0, 1]
     flat = np.abs(in_plane(places))
-    np.testing.assert_allclose(flat, [[[0.3, 0.4, 0]] * 2, [[0.4, 0, 0]] * 2], atol=1e-12)
+    np.testing.assert_allclose(flat, [[[0.3, 0.4, 0]] * 2, [[0.4, 0, 0]] * 2], rtol=0.0, atol=1e-12)
 
 
 def test_sizes_are_zero_where_nothing_is_seen():
@@ -99,7 +101,7 @@ def test_lines_of_a_vertex_and_an_edge_have_jumps_where_both_are_in_line():
     corner, start, along = EDGES.vertices[vertex], EDGES.start[edge], EDGES.along[edge]
     passes = [met(p, c - p, s, a) for p, c, s, a in zip(flat, corner, start, along, strict=True)]
     r, share, beside = np.transpose(passes)
-    np.testing.assert_allclose(beside, 0.0, atol=1e-10)
+    np.testing.assert_allclose(beside, 0.0, rtol=0.0, atol=1e-10)
     shown = found.jumps.ravel() > 0.0
     assert np.sum(shown) > 20
     assert np.all((share > 0.0) & (share < 1.0) & (r > 0.0) | ~shown)
@@ -143,7 +145,7 @@ def test_conics_are_seen_through_three_edges_and_drawn_as_far_as_they_are(reach)
         low, high = max(low - 0.5 / curves.COARSE, 0), min(high + 0.5 / curves.COARSE, 1)
         share = low + (high - low) * (np.arange(24) + 0.5) / 24
         place, seen = lines_through(triple, share)
-        np.testing.assert_allclose(found.places[row], place, atol=1e-9)
+        np.testing.assert_allclose(found.places[row], place, rtol=0.0, atol=1e-9)
         seen &= np.max(np.abs(in_plane(place)), axis=1) <= reach
         np.testing.assert_array_equal(found.jumps[row] > 0.0, seen)
         table, _ = three_edges_at(EDGES, AT, place[seen], np.tile(triple, (np.sum(seen), 1)))

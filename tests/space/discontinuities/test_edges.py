@@ -169,7 +169,7 @@ def test_both_parts_of_an_edge_leave_a_vertex_within_it():
     assert np.bincount(vertex).tolist() == [2, 2, 2, 4, 2, 2]
     ends = found.vertices[vertex] + way
     near = np.linalg.norm(ends[:, None] - found.vertices[found.ends[edge]], axis=-1)
-    np.testing.assert_allclose(np.min(near, axis=1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.min(near, axis=1), 0.0, rtol=0.0, atol=1e-12)
 
 
 def test_a_ball_has_no_edges():

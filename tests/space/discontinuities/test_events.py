@@ -40,9 +40,9 @@ def found(*things, at=START, along=WAY, reach=4.0, **options):
 
 
 def same(a, b, atol=1e-9):
-    np.testing.assert_allclose(a.x, b.x, atol=atol)
-    np.testing.assert_allclose(a.jump_E1, b.jump_E1, atol=1e-6)
-    np.testing.assert_allclose(a.jump_E2, b.jump_E2, atol=1e-6)
+    np.testing.assert_allclose(a.x, b.x, rtol=0.0, atol=atol)
+    np.testing.assert_allclose(a.jump_E1, b.jump_E1, rtol=0.0, atol=1e-6)
+    np.testing.assert_allclose(a.jump_E2, b.jump_E2, rtol=0.0, atol=1e-6)
 
 
 # --- against clipped polygons --------------------------------------------------------------------
@@ -93,7 +93,7 @@ def test_corners_whose_edges_share_planes_are_found_too():
 
     jumps = [brute_jump(E, at, 2, 5e-4) for at in table.x[rows]]
     assert len(rows) > 1
-    np.testing.assert_allclose(table.jump_E2[rows], jumps, atol=1e-5)
+    np.testing.assert_allclose(table.jump_E2[rows], jumps, rtol=0.0, atol=1e-5)
 
 
 def test_a_strip_ends_where_a_third_face_crosses_its_plane():
@@ -110,9 +110,9 @@ def test_a_strip_ends_where_a_third_face_crosses_its_plane():
     def E(t, shapes=shapes):
         return brute.brute_irradiance(start + t * way, *(brute.corners(*each) for each in shapes))
 
-    np.testing.assert_allclose(table.x, [0.2, 1.0], atol=1e-9)
+    np.testing.assert_allclose(table.x, [0.2, 1.0], rtol=0.0, atol=1e-9)
     jumps = [brute_jump(E, at, 1) for at in table.x]
-    np.testing.assert_allclose(table.jump_E1, jumps, atol=1e-6)
+    np.testing.assert_allclose(table.jump_E1, jumps, rtol=0.0, atol=1e-6)
     free = brute_jump(lambda t: E(t, shapes[:2] + shapes[1:2]), 1.0, 1)
     assert 0.1 < jumps[1] / free < 0.3
 
@@ -187,7 +187,7 @@ def test_a_line_that_is_walked_back_has_its_events_in_reverse():
     there = brute.predicted(1)
     end = Receiver.at(brute.START + brute.REACH * brute.WAY / np.linalg.norm(brute.WAY))
     back = visual_events_along(scene, end, along=-brute.WAY, reach=brute.REACH)
-    np.testing.assert_allclose(brute.REACH - back.x[::-1], there.x, atol=1e-9)
+    np.testing.assert_allclose(brute.REACH - back.x[::-1], there.x, rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(-back.jump_E2[::-1], there.jump_E2, rtol=1e-6)
 
 
@@ -225,9 +225,9 @@ def test_a_sky_is_light_like_any_other():
         primitive(box(LOW, HIGH), emission=1.0),
     ]
     lit = found(*shining)
-    np.testing.assert_allclose(lit.x, dark.x, atol=1e-9)
-    np.testing.assert_allclose(lit.jump_E1, -dark.jump_E1, atol=1e-6)
-    np.testing.assert_allclose(lit.jump_E2, -dark.jump_E2, atol=1e-6)
+    np.testing.assert_allclose(lit.x, dark.x, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(lit.jump_E1, -dark.jump_E1, rtol=0.0, atol=1e-6)
+    np.testing.assert_allclose(lit.jump_E2, -dark.jump_E2, rtol=0.0, atol=1e-6)
     assert len(lit) > 5
 
 

@@ -71,7 +71,9 @@ def test_conditions_are_angles_to_outlines(at):
     ]
     np.testing.assert_allclose(value, true, rtol=1e-9)
     np.testing.assert_allclose(np.linalg.norm(slope[..., 2:], axis=-1), 1.0)
-    np.testing.assert_allclose(np.einsum("nij,nj->ni", slope[..., 2:], u), 0.0, atol=1e-12)
+    np.testing.assert_allclose(
+        np.einsum("nij,nj->ni", slope[..., 2:], u), 0.0, rtol=0.0, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("number", [0, 1, 2, 3, 4, 5])
@@ -82,7 +84,7 @@ def test_slopes_are_those_of_the_angles(number):
     x = np.asarray(TILTED.position) + flat[0] @ frame.T
     u = at_outline(number, x)
     value, slope = conditions(where, Sights(flat, u[None], np.full((1, 3), number)))
-    np.testing.assert_allclose(value, 0.0, atol=1e-12)
+    np.testing.assert_allclose(value, 0.0, rtol=0.0, atol=1e-12)
     h, turn = 1e-6, np.linalg.svd(u[None])[2][1:]
     by_place = [
         (angle(number, x + h * e, u) - angle(number, x - h * e, u)) / (2 * h) for e in frame.T
@@ -128,8 +130,8 @@ def test_newton_leads_to_the_nearest_line_of_sight():
     z = start.both + off
     found, slope, there = arrived(where, Sights(z[:, :2], unit(z[:, 2:]), start.numbers))
     assert there.all()
-    np.testing.assert_allclose(found.both, start.both, atol=3e-5)
-    np.testing.assert_allclose(conditions(where, found)[0], 0.0, atol=1e-10)
+    np.testing.assert_allclose(found.both, start.both, rtol=0.0, atol=3e-5)
+    np.testing.assert_allclose(conditions(where, found)[0], 0.0, rtol=0.0, atol=1e-10)
     np.testing.assert_array_equal(slope, conditions(where, found)[1])
 
 
@@ -183,7 +185,7 @@ def test_a_curve_through_three_edges_is_followed_to_both_ends_of_the_square():
     (curve,) = followed(where, sights(x[middle], u[middle], ONES, 1.0))
     np.testing.assert_allclose(np.linalg.norm(curve.u, axis=1), 1.0)
     np.testing.assert_array_equal(curve.numbers, np.tile(ONES, (len(curve.u), 1)))
-    np.testing.assert_allclose(conditions(where, curve)[0], 0.0, atol=1e-9)
+    np.testing.assert_allclose(conditions(where, curve)[0], 0.0, rtol=0.0, atol=1e-9)
     assert steps(curve).max() < 1.5 * module.LONGEST
     # Both ends are just outside, all between them within; what is within is near to the curve.
     within = where.within(curve)
@@ -213,9 +215,9 @@ def test_a_curve_around_a_ball_closes():
     start = on_limb()
     (curve,) = followed(where, start)
     x = 1.5 * curve.flat
-    np.testing.assert_allclose([limb(*p) for p in x], RADIUS, atol=1e-8)
+    np.testing.assert_allclose([limb(*p) for p in x], RADIUS, rtol=0.0, atol=1e-8)
     np.testing.assert_array_equal(curve.both[0], curve.both[-1])
-    np.testing.assert_allclose(curve.both[0], start.both[0], atol=1e-12)
+    np.testing.assert_allclose(curve.both[0], start.both[0], rtol=0.0, atol=1e-12)
     around = np.unwrap(np.arctan2(x[:, 1], x[:, 0]))
     assert abs(around[-1] - around[0]) == pytest.approx(2.0 * np.pi)
     assert np.all(np.diff(around) * np.sign(around[-1] - around[0]) > 0.0)
@@ -236,7 +238,7 @@ def test_several_curves_are_followed_at_once_each_for_itself():
     found = followed(where, start)
     for curve, own in zip(found, start.numbers, strict=True):
         np.testing.assert_array_equal(curve.numbers, np.tile(own, (len(curve.u), 1)))
-        np.testing.assert_allclose(conditions(where, curve)[0], 0.0, atol=1e-9)
+        np.testing.assert_allclose(conditions(where, curve)[0], 0.0, rtol=0.0, atol=1e-9)
     np.testing.assert_array_equal(found[1].both[0], found[1].both[-1])
     (alone,) = followed(where, start.take(np.array([2])))
-    np.testing.assert_allclose(found[2].both, alone.both, atol=1e-9)
+    np.testing.assert_allclose(found[2].both, alone.both, rtol=0.0, atol=1e-9)

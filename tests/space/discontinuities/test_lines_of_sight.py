@@ -41,8 +41,8 @@ def test_skew_lines_are_nearest_at_right_angles_to_both():
     eye, u, start, along = RNG.normal(size=(4, 5, 3))
     r, share = sight.meeting(eye, u, start, along)
     gap = start + share[:, None] * along - eye - r[:, None] * u
-    np.testing.assert_allclose(np.sum(gap * u, -1), 0.0, atol=1e-13)
-    np.testing.assert_allclose(np.sum(gap * along, -1), 0.0, atol=1e-13)
+    np.testing.assert_allclose(np.sum(gap * u, -1), 0.0, rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(np.sum(gap * along, -1), 0.0, rtol=0.0, atol=1e-13)
 
 
 def test_parallel_lines_do_not_meet():
@@ -54,7 +54,7 @@ def test_planes_are_met_where_a_line_crosses_them():
     n, point = RNG.normal(size=(2, 6, 3))
     t = sight.crossed(n, point, AT, ALONG)
     met = np.asarray(AT.position) + t[:, None] * ALONG
-    np.testing.assert_allclose(np.sum((met - point) * n, -1), 0.0, atol=1e-13)
+    np.testing.assert_allclose(np.sum((met - point) * n, -1), 0.0, rtol=0.0, atol=1e-13)
     along = 1e3 * np.array([[0.28, -0.96, 0.0], [0.28, -0.96, 1.0], [0.28, -0.96 + 1e-10, 1.0]])
     assert (sight.crossed(along, np.ones((3, 3)), AT, ALONG) == -1.0).tolist() == [
         True,
@@ -210,10 +210,10 @@ def test_three_edges_are_found_in_line_from_all_places_of_a_line(seed):
     )
     later = Receiver.at(np.asarray(AT.position) + 0.9 * np.min(t) * ALONG)
     again, _ = sight.three_edges_along(found, later, ALONG, REACH - 0.9 * np.min(t))
-    np.testing.assert_allclose(np.sort(again), np.sort(t) - 0.9 * np.min(t), atol=1e-9)
+    np.testing.assert_allclose(np.sort(again), np.sort(t) - 0.9 * np.min(t), rtol=0.0, atol=1e-9)
     on = rows.place[:, None] + rows.r[..., None] * rows.u[:, None]
     beside = np.cross(on - rows.start, rows.along)
-    np.testing.assert_allclose(beside, 0.0, atol=1e-11)
+    np.testing.assert_allclose(beside, 0.0, rtol=0.0, atol=1e-11)
     np.testing.assert_allclose(np.linalg.norm(rows.u, axis=-1), 1.0, rtol=1e-14)
     np.testing.assert_allclose(rows.place, np.asarray(AT.position) + t[:, None] * ALONG)
 
@@ -244,8 +244,8 @@ def test_a_line_through_three_edges_is_found_whichever_two_are_nearly_in_a_plane
         ]
         rows, there = sight.three_edges_at(found, AT, place, np.array([starts]))
         assert there.tolist() == [True]
-        np.testing.assert_allclose(rows.u, u, atol=1e-12)
-        np.testing.assert_allclose(rows.r, [[1.0, 2.0, 3.0]], atol=1e-12)
+        np.testing.assert_allclose(rows.u, u, rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(rows.r, [[1.0, 2.0, 3.0]], rtol=0.0, atol=1e-12)
 
 
 def test_lines_through_three_edges_meet_the_receivers_plane():
@@ -253,14 +253,14 @@ def test_lines_through_three_edges_meet_the_receivers_plane():
     triples = np.concatenate(list(sight.edge_triples(found)))
     share = RNG.uniform(0.0, 1.0, (len(triples), 2))
     places = sight.transversals(found, AT, triples, share)
-    np.testing.assert_allclose(places[..., 2], 0.0, atol=1e-9)
+    np.testing.assert_allclose(places[..., 2], 0.0, rtol=0.0, atol=1e-9)
     first = found.start[triples[:, :1]] + share[..., None] * found.along[triples[:, :1]]
     u = first - places
     for k in (1, 2):
         n = np.cross(u, found.along[triples[:, k]][:, None])
         n = n / np.linalg.norm(n, axis=-1, keepdims=True)
         away = np.sum((found.start[triples[:, k]][:, None] - first) * n, axis=-1)
-        np.testing.assert_allclose(away, 0.0, atol=1e-9)
+        np.testing.assert_allclose(away, 0.0, rtol=0.0, atol=1e-9)
 
 
 # --- roots, and faces that are run into ----------------------------------------------------------
@@ -284,7 +284,7 @@ def test_lines_through_three_edges_meet_the_receivers_plane():
 def test_roots_of_parabolas_are_real_and_simple(coefficients, roots):
     values = np.polyval(coefficients, np.array([0.0, 0.5, 1.0]))
     found, row = sight.quadratic_roots(np.stack([np.array([1.0, 1.0, 1.0]), values], -1))
-    np.testing.assert_allclose(np.sort(found), roots, atol=1e-12)
+    np.testing.assert_allclose(np.sort(found), roots, rtol=0.0, atol=1e-12)
     assert row.tolist() == [1] * len(roots)
 
 

@@ -39,7 +39,7 @@ def test_a_line_crosses_the_mesh_where_it_has_its_events(scene, lines):
     table = visual_events_along(scene, Receiver.at(start), along=way, reach=reach)
     hits = crossings(lines, np.array(start), way, reach)
     assert len(hits) == len(table) > 15
-    np.testing.assert_allclose([a for a, _ in hits], table.x, atol=2e-4)
+    np.testing.assert_allclose([a for a, _ in hits], table.x, rtol=0.0, atol=2e-4)
     assert sorted(lines.kind[[n for _, n in hits]]) == sorted(table.kind)
 
 
@@ -76,9 +76,9 @@ def test_edges_that_are_parallel_make_a_frame():
     half = np.sort([np.max(np.abs(line[:, :2]), axis=0) for line in found.lines], axis=1)
     inner = half[:, 0] < 0.5
     assert np.sum(inner) == 4
-    np.testing.assert_allclose(half[inner, 0], 0.1, atol=1e-12)
-    np.testing.assert_allclose(half[~inner, 1], 0.9, atol=1e-12)
-    np.testing.assert_allclose(half, 0.9 - 0.8 * np.outer(inner, [1, 0]), atol=REACH / 30)
+    np.testing.assert_allclose(half[inner, 0], 0.1, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(half[~inner, 1], 0.9, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(half, 0.9 - 0.8 * np.outer(inner, [1, 0]), rtol=0.0, atol=REACH / 30)
 
 
 def test_pieces_end_where_nothing_is_seen():
@@ -122,4 +122,4 @@ def test_points_stand_in_the_middles_of_equal_parts_of_where_planes_meet_a_squar
     for found, k in zip(places, which, strict=True):
         a, b = ends[k]
         a, b = (a, b) if (b - a) @ (found[-1] - found[0]) > 0.0 else (b, a)
-        np.testing.assert_allclose(found, a + share * (b - a), atol=1e-12)
+        np.testing.assert_allclose(found, a + share * (b - a), rtol=0.0, atol=1e-12)

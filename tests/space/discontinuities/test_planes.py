@@ -115,4 +115,4 @@ def test_a_line_of_receivers_crosses_planes_within_its_reach():
     scene = Scene.of(*map(primitive, shapes))
     t, normal = planes_along(edges_of(scene, AT), rounds_of(scene), AT, X, 2.0)
     np.testing.assert_allclose(np.sort(t), [0.25, 1.75])  # x + 0.6 / 0.8 and x - ... of the floor
-    np.testing.assert_allclose(np.abs(normal), [[0.8, 0.0, 0.6]] * 2, atol=1e-12)
+    np.testing.assert_allclose(np.abs(normal), [[0.8, 0.0, 0.6]] * 2, rtol=0.0, atol=1e-12)

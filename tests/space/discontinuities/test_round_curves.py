@@ -24,7 +24,7 @@ def shown(found):
     """Places on which something is seen, in the square, and the sizes of the jumps there."""
     at_all = found.jumps > 0.0
     places = found.places[at_all]
-    np.testing.assert_allclose(places[:, 2], 0.0, atol=1e-12)
+    np.testing.assert_allclose(places[:, 2], 0.0, rtol=0.0, atol=1e-12)
     assert np.max(np.abs(places)) <= REACH
     return places, found.jumps[at_all]
 
@@ -60,7 +60,7 @@ def test_two_balls_touch_where_their_angles_add_up():
     middles = angle_between(a[0], b[0])
     outer = np.abs(middles - a[1] - b[1]) < 1e-8
     np.testing.assert_allclose(
-        np.where(outer, a[1] + b[1], np.abs(a[1] - b[1])), middles, atol=1e-8
+        np.where(outer, a[1] + b[1], np.abs(a[1] - b[1])), middles, rtol=0.0, atol=1e-8
     )
     assert np.sum(outer) > 20
     # The limb of the low ball where it is touched: towards the other, or away from a larger one.
@@ -131,7 +131,7 @@ def test_vertices_are_on_limbs_from_conics():
     order = [np.argmin([np.max(np.abs(_off(row, c))) for c in corners]) for row in found.places]
     assert sorted(order) == [0, 1, 2]
     for row, k in zip(found.places, order, strict=True):
-        np.testing.assert_allclose(_off(row, corners[k]), 0.0, atol=1e-9)
+        np.testing.assert_allclose(_off(row, corners[k]), 0.0, rtol=0.0, atol=1e-9)
     _, sizes = shown(found)
     assert len(sizes) > 50
     assert np.all(sizes < 20.0)
@@ -207,7 +207,7 @@ def test_two_edges_cross_a_limb_in_places_that_see_all_three_in_line(at):
         u = u * np.sign(u @ np.asarray(at.normal))[:, None]
         w, half, _ = limb(places, ball)
         best = np.minimum(best, np.abs(angle_between(u, w) - half))
-    np.testing.assert_allclose(best, 0.0, atol=1e-9)
+    np.testing.assert_allclose(best, 0.0, rtol=0.0, atol=1e-9)
     # Shown places follow each other: a row has one or two pieces.
     pieces = np.sum(np.diff((found.jumps > 0.0).astype(int), axis=1) == 1, axis=1)
     assert np.max(pieces) <= 2

@@ -55,7 +55,7 @@ def test_vertices_are_found_on_limbs_from_all_places_of_a_line():
         true += [*samples[1:][np.diff(np.sign(off)) != 0]]
     t, rows = lines.vertex_rounds_along(edges, rounds, AT, ALONG, REACH)
     assert len(t) > 1
-    np.testing.assert_allclose(np.sort(t), np.sort(true), atol=6e-4)
+    np.testing.assert_allclose(np.sort(t), np.sort(true), rtol=0.0, atol=6e-4)
     body = rows.edge - 3
     assert set(body.tolist()) == {0, 1}
     center, radius = rounds.center[body], np.sqrt(rounds.spread[body, 0, 0])
@@ -68,9 +68,9 @@ def test_vertices_are_found_on_limbs_from_all_places_of_a_line():
     np.testing.assert_allclose(rows.r_edge, np.sqrt(w**2 - radius**2), rtol=1e-9)
     # The edge in the place of the limb touches the ball, at right angles to the line of sight.
     touch = rows.place + rows.r_edge[:, None] * way / rows.r_vertex[:, None]
-    np.testing.assert_allclose(rows.start, touch, atol=1e-9)
+    np.testing.assert_allclose(rows.start, touch, rtol=0.0, atol=1e-9)
     for other in (way, center - touch):
-        np.testing.assert_allclose(np.sum(rows.along * other, -1), 0.0, atol=1e-9)
+        np.testing.assert_allclose(np.sum(rows.along * other, -1), 0.0, rtol=0.0, atol=1e-9)
     short, _ = lines.vertex_rounds_along(edges, rounds, AT, ALONG, 1.0)
     np.testing.assert_allclose(np.sort(short), np.sort(t[t < 1.0]))
 
@@ -177,12 +177,12 @@ def found_along(search, shapes, distances, atol):
     """Places and lines of sight of a search, of which one is that of `U`, at those distances."""
     edges, rounds = parts(*shapes)
     t, rows = search(edges, rounds, AT, ALONG, REACH)
-    np.testing.assert_allclose(rows.place, ORIGIN + t[:, None] * ALONG, atol=1e-12)
+    np.testing.assert_allclose(rows.place, ORIGIN + t[:, None] * ALONG, rtol=0.0, atol=1e-12)
     (k,) = np.flatnonzero(np.abs(t - 0.9) < 1e-8)
-    np.testing.assert_allclose(rows.u[k], U, atol=1e-7)
-    np.testing.assert_allclose(sorted(rows.r[k]), distances, atol=1e-7)
+    np.testing.assert_allclose(rows.u[k], U, rtol=0.0, atol=1e-7)
+    np.testing.assert_allclose(sorted(rows.r[k]), distances, rtol=0.0, atol=1e-7)
     short, _ = search(edges, rounds, AT, ALONG, 0.95)
-    np.testing.assert_allclose(np.sort(short), np.sort(t[t < 0.95]), atol=atol)
+    np.testing.assert_allclose(np.sort(short), np.sort(t[t < 0.95]), rtol=0.0, atol=atol)
     return t, rows
 
 
@@ -194,7 +194,7 @@ def test_a_line_that_passes_an_edge_and_two_outlines_is_found(name):
     beside = (
         np.cross(touch - rows.start, rows.along) / np.linalg.norm(rows.along, axis=-1)[..., None]
     )
-    np.testing.assert_allclose(beside, 0.0, atol=1e-7)
+    np.testing.assert_allclose(beside, 0.0, rtol=0.0, atol=1e-7)
 
 
 ROUNDS = {
@@ -320,7 +320,7 @@ def test_common_roots_are_zeros_of_both_between_0_and_1(seed):
     powers = found[..., None] ** np.arange(3)
     for a in (f, g):
         values = np.einsum("ni,ij,nj->n", powers[:, 0], a, powers[:, 1])
-        np.testing.assert_allclose(values, 0.0, atol=1e-7)
+        np.testing.assert_allclose(values, 0.0, rtol=0.0, atol=1e-7)
     assert np.all((found > 0.0) & (found < 1.0))
 
 
@@ -332,7 +332,7 @@ def test_common_zeros_are_each_found_once():
 
     t, angle = lines._common_zeros(both)
     true = [[0.3, 2.0], [0.3, 5.0], [0.71, 2.0], [0.71, 5.0]]
-    np.testing.assert_allclose(sorted(np.stack([t, angle], -1).tolist()), true, atol=1e-8)
+    np.testing.assert_allclose(sorted(np.stack([t, angle], -1).tolist()), true, rtol=0.0, atol=1e-8)
 
 
 @pytest.mark.parametrize("ways", [(0.3, 0.3), (-0.4, 0.9)])
@@ -342,4 +342,4 @@ def test_angles_count_from_an_axis_across_what_is_between(ways):
     ends = np.array([[ways[0], 0.2, 0.0], [ways[1], 0.2, 0.0]])
     axis = lines._axis(rounds.take(0), ends)
     assert np.linalg.norm(axis) > 1e-3
-    np.testing.assert_allclose((rounds.center[0] - ends) @ axis, 0.0, atol=1e-12)
+    np.testing.assert_allclose((rounds.center[0] - ends) @ axis, 0.0, rtol=0.0, atol=1e-12)

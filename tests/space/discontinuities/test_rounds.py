@@ -73,8 +73,8 @@ def test_jumps_and_roots_are_those_of_exact_derivatives(lamp, shapes):
     np.testing.assert_allclose(table.jump_E2[~touch], (after - before)[~touch], rtol=1e-4)
     before, after = beside(scene, table, ROOT)
     assert np.sum(touch) > 2
-    np.testing.assert_allclose(table.root_before[touch], before[touch], atol=2e-5)
-    np.testing.assert_allclose(table.root_after[touch], after[touch], atol=2e-5)
+    np.testing.assert_allclose(table.root_before[touch], before[touch], rtol=0.0, atol=2e-5)
+    np.testing.assert_allclose(table.root_after[touch], after[touch], rtol=0.0, atol=2e-5)
     assert np.max(np.abs(table.root_before + table.root_after)) > 0.1
 
 
@@ -92,7 +92,7 @@ def test_the_mesh_has_the_events_of_a_line_that_crosses_it(kind):
     table = found(scene)
     table = table.take(table.kind == kind)
     x, size = crossings(mesh, kind)
-    np.testing.assert_allclose(x, table.x, atol=1e-4)
+    np.testing.assert_allclose(x, table.x, rtol=0.0, atol=1e-4)
     # The mesh has points beside the line, between which jumps grow and shrink.
     np.testing.assert_allclose(size, told(table), rtol=0.01, atol=1e-4)
 
@@ -120,7 +120,7 @@ def test_a_square_cuts_four_arcs_out_of_the_edge_of_a_penumbra():
     assert np.max(most[arcs]) <= 0.8
     # The share of the circle between the angles at which it crosses the sides.
     share = (np.pi / 4 - np.arccos(0.8 / 1.1)) / (np.pi / 4)
-    np.testing.assert_allclose(np.sum(arcs) / 401, share, atol=8 / 401)
+    np.testing.assert_allclose(np.sum(arcs) / 401, share, rtol=0.0, atol=8 / 401)
 
 
 def test_what_two_balls_share_is_the_area_of_a_lens():
@@ -145,16 +145,16 @@ def test_a_body_may_be_drawn_with_other_axes():
     one = found(scene_of(lamp, plate, sphere((0.1, 0.0, 0.6), 0.2)))
     other = found(scene_of(lamp, plate, ellipsoid((0.1, 0.0, 0.6), 0.2 * turn)))
     assert one.kind.tolist() == other.kind.tolist()
-    np.testing.assert_allclose(one.x, other.x, atol=1e-8)
-    np.testing.assert_allclose(one.root_after, other.root_after, atol=1e-7)
+    np.testing.assert_allclose(one.x, other.x, rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(one.root_after, other.root_after, rtol=0.0, atol=1e-7)
 
 
 def test_a_line_that_is_walked_back_has_its_events_in_reverse():
     scene = scene_of(LAMPS["a ball"], *BLOBS)
     there, end = found(scene), START + REACH * WAY / np.linalg.norm(WAY)
     back = found(scene, start=end, way=-WAY)
-    np.testing.assert_allclose(REACH - back.x[::-1], there.x, atol=1e-7)
-    np.testing.assert_allclose(back.root_after[::-1], there.root_before, atol=1e-6)
+    np.testing.assert_allclose(REACH - back.x[::-1], there.x, rtol=0.0, atol=1e-7)
+    np.testing.assert_allclose(back.root_after[::-1], there.root_before, rtol=0.0, atol=1e-6)
     np.testing.assert_allclose(-back.jump_E2[::-1], there.jump_E2, rtol=1e-4, atol=1e-9)
 
 
@@ -162,7 +162,7 @@ def test_a_shorter_line_has_those_events_of_a_longer_one_that_are_on_it():
     scene = scene_of(LAMPS["a ball"], BLOBS[1], rectangle(*PLATE))
     whole = found(scene, hidden=True)
     part = found(scene, reach=1.9, hidden=True)  # others are a little farther on
-    np.testing.assert_allclose(part.x, whole.x[whole.x < 1.9], atol=1e-9)
+    np.testing.assert_allclose(part.x, whole.x[whole.x < 1.9], rtol=0.0, atol=1e-9)
     assert len(part) > 5
 
 
@@ -190,7 +190,9 @@ def test_two_functions_of_a_radius_and_an_angle_are_zero_at_two_points():
 
     t, angle = _round_lines._common_zeros(both)
     points = np.stack([t * np.cos(angle), t * np.sin(angle)], -1)
-    np.testing.assert_allclose(points[np.argsort(t)], [[0.3, 0.4], [0.55, -0.6]], atol=1e-9)
+    np.testing.assert_allclose(
+        points[np.argsort(t)], [[0.3, 0.4], [0.55, -0.6]], rtol=0.0, atol=1e-9
+    )
 
 
 def test_roots_and_jumps_shrink_as_space_grows():
@@ -201,8 +203,8 @@ def test_roots_and_jumps_shrink_as_space_grows():
 
     one, other = grown(1.0), grown(1e3)
     np.testing.assert_allclose(other.x, 1e3 * one.x, rtol=1e-7)
-    np.testing.assert_allclose(10.0**4.5 * other.root_after, one.root_after, atol=1e-6)
-    np.testing.assert_allclose(1e6 * other.jump_E2, one.jump_E2, atol=1e-5)
+    np.testing.assert_allclose(10.0**4.5 * other.root_after, one.root_after, rtol=0.0, atol=1e-6)
+    np.testing.assert_allclose(1e6 * other.jump_E2, one.jump_E2, rtol=0.0, atol=1e-5)
 
 
 def test_a_line_that_runs_into_a_ball_tells_so():
@@ -219,8 +221,8 @@ def test_a_ball_on_the_floor_has_events_like_any_other():
     start = Receiver.at((-2.0, 0.2, 0.0), on=3)
     table = visual_events_along(scene_of(lamp, *balls, floor), start, along=WAY, reach=4.0)
     free = found(scene_of(lamp, *balls), start=(-2.0, 0.2, 0.0), reach=4.0)
-    np.testing.assert_allclose(table.x, free.x, atol=1e-9)
-    np.testing.assert_allclose(table.root_after, free.root_after, atol=1e-9)
+    np.testing.assert_allclose(table.x, free.x, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(table.root_after, free.root_after, rtol=0.0, atol=1e-9)
     assert len(table) > 3
 
 

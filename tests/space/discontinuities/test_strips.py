@@ -28,10 +28,10 @@ def test_a_disc_that_is_seen_edge_on_makes_a_kink_and_nothing_else_is_missed():
     assert np.sum(touch) == 4
     assert np.sum(table.kind == PLANE) == 1
     before, after = beside(SCENE, table, SLOPE, order=1)
-    np.testing.assert_allclose(table.jump_E1, after - before, atol=1e-7)
+    np.testing.assert_allclose(table.jump_E1, after - before, rtol=0.0, atol=1e-7)
     before, after = beside(SCENE, table, ROOT)
-    np.testing.assert_allclose(table.root_before[touch], before[touch], atol=2e-5)
-    np.testing.assert_allclose(table.root_after[touch], after[touch], atol=2e-5)
+    np.testing.assert_allclose(table.root_before[touch], before[touch], rtol=0.0, atol=2e-5)
+    np.testing.assert_allclose(table.root_after[touch], after[touch], rtol=0.0, atol=2e-5)
     assert left_over(SCENE, table) < 0.1
 
 
@@ -65,7 +65,7 @@ def test_a_strip_ends_where_a_ball_crosses_its_plane(ball):
     table, free = found(scene, way=way), found(Scene.of(*flat), way=way)
     table, free = (t.take(t.kind == PLANE) for t in (table, free))
     before, after = beside(scene, table, SLOPE, order=1, way=way)
-    np.testing.assert_allclose(table.jump_E1, after - before, atol=1e-7)
+    np.testing.assert_allclose(table.jump_E1, after - before, rtol=0.0, atol=1e-7)
     assert np.sum(np.abs(table.jump_E1 - free.jump_E1) > 0.02) == 2
 
 
@@ -73,7 +73,7 @@ def test_a_line_through_a_disc_tells_so():
     table = found(Scene.of(BALL, primitive(disc((0.0, 0.17, 0.1), (1.0, 0.3, 0.1), 0.3))))
     row = table.take(table.kind == "contact")
     off = (row.position - np.array([0.0, 0.17, 0.1])) @ np.array([1.0, 0.3, 0.1])
-    np.testing.assert_allclose(off, [0.0], atol=1e-9)
+    np.testing.assert_allclose(off, [0.0], rtol=0.0, atol=1e-9)
     assert np.sum(table.kind == PLANE) == 0
 
 

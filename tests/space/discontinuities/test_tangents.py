@@ -35,7 +35,7 @@ def test_two_planes_through_each_edge_touch_a_ball():
     planes = tangents.edge_tangents(*parts(PLATE, sphere(*FIRST), sphere(*SECOND)))
     assert np.bincount(planes.body).tolist() == [6, 6]
     np.testing.assert_allclose(np.linalg.norm(planes.normal, axis=-1), 1.0, rtol=1e-14)
-    np.testing.assert_allclose(np.sum(planes.normal * planes.along, -1), 0.0, atol=1e-14)
+    np.testing.assert_allclose(np.sum(planes.normal * planes.along, -1), 0.0, rtol=0.0, atol=1e-14)
     far = np.abs(np.sum((CENTERS[planes.body] - planes.start) * planes.normal, -1))
     np.testing.assert_allclose(far, RADII[planes.body], rtol=1e-12)
     lines = {tuple(row.round(6)) for row in np.hstack([planes.start, planes.along])}
@@ -53,9 +53,9 @@ def test_lines_of_a_wall_are_edges_in_planes_that_touch_another_body_but_not_its
     planes = tangents.edge_tangents(edges, rounds)
     axis = np.array([0.3, 0.1, 0.8])
     assert rounds.kind[planes.body].tolist() == [BALL] * 4
-    np.testing.assert_allclose(planes.along, np.tile(axis, (4, 1)), atol=1e-12)
+    np.testing.assert_allclose(planes.along, np.tile(axis, (4, 1)), rtol=0.0, atol=1e-12)
     foot = planes.start - [0.4, -0.3, 0.5]
-    np.testing.assert_allclose(foot, 0.1 * planes.normal, atol=1e-12)
+    np.testing.assert_allclose(foot, 0.1 * planes.normal, rtol=0.0, atol=1e-12)
     far = np.abs(np.sum((FIRST[0] - planes.start) * planes.normal, -1))
     np.testing.assert_allclose(far, FIRST[1], rtol=1e-10)
     assert tangents.edge_tangents(*parts(tube)).body.size == 0
@@ -66,16 +66,18 @@ def test_a_place_sees_an_edge_touch_a_ball_where_its_line_of_sight_does():
     t, rows = tangents.edge_tangents_along(edges, rounds, AT, ALONG, REACH)
     assert len(t) > 2
     place = ORIGIN + t[:, None] * ALONG
-    np.testing.assert_allclose(rows.place, place, atol=1e-12)
+    np.testing.assert_allclose(rows.place, place, rtol=0.0, atol=1e-12)
     edge = place + rows.r[:, :1] * rows.u
     beside = np.min([away(edge, s, a) for s, a in zip(edges.start, edges.along, strict=True)], 0)
-    np.testing.assert_allclose(beside, 0.0, atol=1e-12)
+    np.testing.assert_allclose(beside, 0.0, rtol=0.0, atol=1e-12)
     touch = place + rows.r[:, 1:] * rows.u
     far = np.linalg.norm(touch[:, None] - CENTERS, axis=-1) - RADII
     body = np.argmin(np.abs(far), axis=1)
-    np.testing.assert_allclose(np.min(np.abs(far), axis=1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.min(np.abs(far), axis=1), 0.0, rtol=0.0, atol=1e-12)
     # The normal looks out of the ball, whose image is a circle of the tangent R / r.
-    np.testing.assert_allclose(touch - CENTERS[body], RADII[body, None] * rows.m, atol=1e-12)
+    np.testing.assert_allclose(
+        touch - CENTERS[body], RADII[body, None] * rows.m, rtol=0.0, atol=1e-12
+    )
     np.testing.assert_allclose(rows.curvature, rows.r[:, 1] / RADII[body], rtol=1e-12)
     np.testing.assert_allclose(rows.bend, -0.5 * rows.curvature, rtol=1e-12)
     assert np.all(rows.fill == 1.0)
@@ -104,7 +106,7 @@ def test_all_places_of_a_line_that_see_an_edge_touch_a_ball_are_found():
         true += [*(t[turns] + t[turns + 1]) / 2]
     # Limbs touch edges from within as well: an edge across the ball's middle is no such place.
     found, _ = tangents.edge_tangents_along(edges, rounds, AT, ALONG, REACH)
-    np.testing.assert_allclose(np.sort(found), np.sort(true), atol=3e-3)
+    np.testing.assert_allclose(np.sort(found), np.sort(true), rtol=0.0, atol=3e-3)
     shorter, _ = tangents.edge_tangents_along(edges, rounds, AT, ALONG, 1.0)
     np.testing.assert_allclose(np.sort(shorter), np.sort(found[found < 1.0]))
 
@@ -132,15 +134,15 @@ def test_two_balls_touch_where_their_angles_add_up():
     ]
     assert len(true) == 4
     order = np.argsort(t)
-    np.testing.assert_allclose(t[order], sorted(x for x, _ in true), atol=1e-3)
+    np.testing.assert_allclose(t[order], sorted(x for x, _ in true), rtol=0.0, atol=1e-3)
     sides = np.array([side for _, side in sorted(true)])
     k = rows.r[order] / RADII
-    np.testing.assert_allclose(np.sum(rows.m[order] * rows.u[order], -1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.sum(rows.m[order] * rows.u[order], -1), 0.0, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(rows.curvature[order], sides * k[:, 1] - k[:, 0], rtol=1e-6)
     np.testing.assert_allclose(rows.bend[order], -0.5 * (sides * k[:, 1] + k[:, 0]), rtol=1e-6)
     touch = rows.place[:, None] + rows.r[..., None] * rows.u[:, None]
     np.testing.assert_allclose(np.linalg.norm(touch - CENTERS, axis=-1), np.tile(RADII, (4, 1)))
-    np.testing.assert_allclose(rows.place, ORIGIN + t[:, None] * ALONG, atol=1e-9)
+    np.testing.assert_allclose(rows.place, ORIGIN + t[:, None] * ALONG, rtol=0.0, atol=1e-9)
     assert np.all(rows.fill == 1.0)
     shorter, _ = tangents.body_tangents_along(edges, rounds, AT, ALONG, 1.0)
     np.testing.assert_allclose(np.sort(shorter), np.sort(t[t < 1.0]))
@@ -170,8 +172,10 @@ def test_planes_that_touch_two_balls_pass_the_middles_at_their_radii(side):
     np.testing.assert_allclose(n @ (CENTERS[1] - CENTERS[0]), RADII[0] - side * RADII[1], rtol=1e-9)
     np.testing.assert_allclose(n, planes.normals(angle, np.full(9, side)))
     touch = CENTERS[0] + RADII[0] * n, CENTERS[1] + side * RADII[1] * n
-    np.testing.assert_allclose(away(places, touch[0], touch[1] - touch[0]), 0.0, atol=1e-9)
-    np.testing.assert_allclose(places[:, 2], 0.0, atol=1e-12)
+    np.testing.assert_allclose(
+        away(places, touch[0], touch[1] - touch[0]), 0.0, rtol=0.0, atol=1e-9
+    )
+    np.testing.assert_allclose(places[:, 2], 0.0, rtol=0.0, atol=1e-12)
     assert np.linalg.matrix_rank(n - n[0], tol=1e-3) == 2  # all around the axis
 
 
@@ -237,8 +241,8 @@ def test_an_upright_wall_is_seen_endwise_from_the_circle_below_it(ends):
     t, rows = tangents.endwise_along(*bodies(ball, tube), BELOW, X, 4.0)
     np.testing.assert_allclose(np.sort(t), [1.6, 2.4], rtol=1e-12)
     np.testing.assert_allclose(rows.place, t[:, None] * X)
-    np.testing.assert_allclose(rows.u, [[0.0, 0.0, 1.0]] * 2, atol=1e-12)
-    np.testing.assert_allclose(rows.m, (rows.place - [2.0, 0.3, 0.0]) / 0.5, atol=1e-12)
+    np.testing.assert_allclose(rows.u, [[0.0, 0.0, 1.0]] * 2, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(rows.m, (rows.place - [2.0, 0.3, 0.0]) / 0.5, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(rows.r, [[1.0, 3.0]] * 2, rtol=1e-12)
     near, far = -1.0 / 0.5, -3.0 / 0.5
     np.testing.assert_allclose(rows.curvature, [near - far] * 2, rtol=1e-9)
@@ -255,10 +259,10 @@ def test_a_leaning_wall_is_seen_along_its_axis():
     tube, at = cylinder(base, base + 2.0 * axis, 0.2), Receiver.at((-1.0, 0.0, 0.0))
     t, rows = tangents.endwise_along(*bodies(tube), at, X, 4.0)
     order = np.argsort(t)
-    np.testing.assert_allclose(t[order], [1.0, 1.5], atol=1e-12)
-    np.testing.assert_allclose(rows.u, [axis] * 2, atol=1e-12)
+    np.testing.assert_allclose(t[order], [1.0, 1.5], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(rows.u, [axis] * 2, rtol=0.0, atol=1e-12)
     out = np.array([0.8, 0.0, -0.6])
-    np.testing.assert_allclose(rows.m[order], [-out, out], atol=1e-12)
+    np.testing.assert_allclose(rows.m[order], [-out, out], rtol=0.0, atol=1e-12)
     to_base = (base - rows.place) @ axis
     np.testing.assert_allclose(rows.r, np.stack([to_base, to_base + 2.0], -1), rtol=1e-12)
 

@@ -75,12 +75,12 @@ def test_jumps_and_roots_are_those_of_exact_derivatives(name):
     touch, flat = table.kind == TOUCH, table.kind == PLANE
     bent = ~touch & ~flat
     before, after = beside(scene, table, SLOPE, order=1)
-    np.testing.assert_allclose(table.jump_E1, after - before, atol=1e-6)
+    np.testing.assert_allclose(table.jump_E1, after - before, rtol=0.0, atol=1e-6)
     before, after = beside(scene, table, JUMP)
     np.testing.assert_allclose(table.jump_E2[bent], (after - before)[bent], rtol=1e-4)
     before, after = beside(scene, table, ROOT, others=turns_of(name))
-    np.testing.assert_allclose(table.root_before[touch], before[touch], atol=2e-5)
-    np.testing.assert_allclose(table.root_after[touch], after[touch], atol=2e-5)
+    np.testing.assert_allclose(table.root_before[touch], before[touch], rtol=0.0, atol=2e-5)
+    np.testing.assert_allclose(table.root_after[touch], after[touch], rtol=0.0, atol=2e-5)
     assert np.sum(touch) > 3
     assert np.any(flat)
 
@@ -97,7 +97,7 @@ def test_what_crosses_the_end_of_a_line_of_a_wall_changes_E2_fast_but_makes_no_j
     table = found(scene)
     apart = places[np.min(np.abs(places[:, None] - table.x), axis=1) > 1e-6]
     before, after = beside_places(scene, apart, JUMP, 1e-7)
-    np.testing.assert_allclose(after, before, atol=1e-7)
+    np.testing.assert_allclose(after, before, rtol=0.0, atol=1e-7)
     before, after = (derivatives(scene, apart + side * 5e-4)[1] for side in (-1.0, 1.0))
     assert np.max(np.abs(after - before)) > 5.0
 
@@ -126,7 +126,7 @@ def test_upright_things_behind_a_column_make_kinks(lamp):
     scene = scene_of(lamp, COLUMN)
     table = found(scene)
     before, after = beside(scene, table, SLOPE, order=1)
-    np.testing.assert_allclose(table.jump_E1, after - before, atol=1e-6)
+    np.testing.assert_allclose(table.jump_E1, after - before, rtol=0.0, atol=1e-6)
     assert np.sum(np.abs(table.jump_E1) > 0.02) > 3
 
 
@@ -185,7 +185,7 @@ def test_the_mesh_has_the_events_of_a_line_that_crosses_it(scene):
         table, hits = whole.take(whole.kind == kind), crossings(mesh, kind)
         table = table.take(np.abs(table.x - 2.0) < 1.05)
         hits = hits[:, np.abs(hits[0] - 2.0) < 1.05]
-        np.testing.assert_allclose(hits[0], table.x, atol=1e-3)
+        np.testing.assert_allclose(hits[0], table.x, rtol=0.0, atol=1e-3)
         np.testing.assert_allclose(hits[1], told(table), rtol=0.03, atol=1e-3)
 
 
@@ -207,8 +207,8 @@ def test_a_cylinder_that_stands_on_the_floor_has_events_like_any_other():
     start = Receiver.at(START, on=2)
     whole = _events(scene_of(SHEET, column, ground), start)
     free = _events(scene_of(SHEET, column), Receiver.at(START))
-    np.testing.assert_allclose(whole.x, free.x, atol=1e-9)
-    np.testing.assert_allclose(whole.root_after, free.root_after, atol=1e-9)
+    np.testing.assert_allclose(whole.x, free.x, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(whole.root_after, free.root_after, rtol=0.0, atol=1e-9)
     assert len(whole) > 3
 
 
@@ -222,9 +222,9 @@ def test_a_line_that_is_walked_back_has_its_events_in_reverse():
     scene = SCENES["one over a crate"]
     there, end = found(scene), START + REACH * WAY / np.linalg.norm(WAY)
     back = found(scene, start=end, way=-WAY)
-    np.testing.assert_allclose(REACH - back.x[::-1], there.x, atol=1e-7)
-    np.testing.assert_allclose(back.jump_E1[::-1], there.jump_E1, atol=1e-8)
-    np.testing.assert_allclose(back.root_after[::-1], there.root_before, atol=1e-6)
+    np.testing.assert_allclose(REACH - back.x[::-1], there.x, rtol=0.0, atol=1e-7)
+    np.testing.assert_allclose(back.jump_E1[::-1], there.jump_E1, rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(back.root_after[::-1], there.root_before, rtol=0.0, atol=1e-6)
     np.testing.assert_allclose(-back.jump_E2[::-1], there.jump_E2, rtol=1e-4, atol=1e-9)
 
 
@@ -237,7 +237,7 @@ def test_events_do_not_depend_on_the_size_of_the_scene():
 
     one, other = grown(1.0), grown(1e3)
     np.testing.assert_allclose(other.x, 1e3 * one.x, rtol=1e-7)
-    np.testing.assert_allclose(10.0**4.5 * other.root_after, one.root_after, atol=1e-6)
+    np.testing.assert_allclose(10.0**4.5 * other.root_after, one.root_after, rtol=0.0, atol=1e-6)
 
 
 # --- faults --------------------------------------------------------------------------------------

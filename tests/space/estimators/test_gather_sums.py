@@ -60,13 +60,13 @@ def test_leading_axes_are_sums_of_their_own():
 
 
 def test_jumps_are_what_is_beyond_a_wall_less_what_is_before_it():
-    L = np.array([[1.0, 2.0, 4.0], [8.0, 16.0, 32.0]])
-    w = np.array([[0.1, 0.5, 0.3], [0.2, 0.4, 0.6]])
+    L = np.array([[1.0, 2.0, 4.0], [8.0, 16.0, 32.0], [64.0, 128.0, 256.0]])
+    w = np.array([[0.1, 0.5, 0.3], [0.2, 0.4, 0.6], [0.7, 0.1, 0.2]])
     (circles, meridians), (over, beside) = jumps_across(L, w)
-    assert circles.tolist() == [[7.0, 14.0, 28.0]]
-    assert meridians.tolist() == [[-3.0, 1.0, 2.0], [-24.0, 8.0, 16.0]]
-    assert over.tolist() == [[0.2, 0.5, 0.6]]
-    assert beside.tolist() == [[0.3, 0.5, 0.5], [0.6, 0.4, 0.6]]
+    assert circles.tolist() == [[7.0, 14.0, 28.0], [56.0, 112.0, 224.0]]
+    assert meridians.tolist() == [[-3.0, 1.0, 2.0], [-24.0, 8.0, 16.0], [-192.0, 64.0, 128.0]]
+    assert over.tolist() == [[0.2, 0.5, 0.6], [0.7, 0.4, 0.6]]
+    assert beside.tolist() == [[0.3, 0.5, 0.5], [0.6, 0.4, 0.6], [0.7, 0.7, 0.2]]
 
 
 def along_walls(theta, phi, circles, meridians):

@@ -152,11 +152,12 @@ def test_an_even_sky_changes_by_no_motion():
     seen = eqx.tree_at(lambda s: s.distance, seen, np.full_like(seen.distance, np.inf))
     both = forms(on_device(seen))
     np.testing.assert_allclose(both["strata"].value, np.pi, rtol=1e-13)
-    np.testing.assert_allclose(both["strata"].gradient, 0.0, atol=1e-13)
-    np.testing.assert_allclose(both["strata"].hessian, 0.0, atol=1e-13)
+    np.testing.assert_allclose(both["strata"].gradient, 0.0, rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(both["strata"].hessian, 0.0, rtol=0.0, atol=1e-13)
     np.testing.assert_allclose(
         both["area"].hessian[:, 3:, 3:],
         np.broadcast_to(-np.pi * np.eye(2), (8, 2, 2)),
+        rtol=0.0,
         atol=1e-12,
     )
 
@@ -207,12 +208,14 @@ def test_gather_sees_what_is_there():
         world = np.asarray(where.directions[k]) @ np.asarray(at.axes[k]).T
         x, met = np.asarray(at.position[k]), np.asarray(seen.index[k]) == 3
         hit = x + np.where(met, seen.distance[k], 0.0)[..., None] * world
-        np.testing.assert_allclose((hit[..., 2] - 1.0 - 0.5 * hit[..., 0])[met], 0.0, atol=1e-12)
+        np.testing.assert_allclose(
+            (hit[..., 2] - 1.0 - 0.5 * hit[..., 0])[met], 0.0, rtol=0.0, atol=1e-12
+        )
         np.testing.assert_allclose(
             seen.radiance[k], np.where(met, 3 + hit[..., 0], 7.0 + world[..., 1]), rtol=1e-12
         )
         normal = np.asarray(seen.normal[k]) @ np.asarray(at.axes[k]).T
-        np.testing.assert_allclose((normal + slope)[met], 0.0, atol=1e-14)
+        np.testing.assert_allclose((normal + slope)[met], 0.0, rtol=0.0, atol=1e-14)
         np.testing.assert_allclose(seen.cosine[k], -np.sum(normal * world, -1))
         assert np.all(np.isinf(seen.distance[k][~met]))
         assert np.all(seen.cosine[k] > 0.0)

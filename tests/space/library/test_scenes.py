@@ -38,7 +38,9 @@ def extents(scene):
 def test_a_room_is_the_unit_cube_with_the_unit_square_for_a_floor(name):
     scene = _scenes.named_scene(name)
     low, high = extents(scene)
-    np.testing.assert_allclose([low.min(0), high.max(0)], [[0, 0, 0], [1, 1, 1]], atol=1e-15)
+    np.testing.assert_allclose(
+        [low.min(0), high.max(0)], [[0, 0, 0], [1, 1, 1]], rtol=0.0, atol=1e-15
+    )
     (floor,) = scene.named("floor")
     assert [*low[floor], *high[floor]] == [0.0, 0.0, 0.0, 1.0, 1.0, 0.0]
 
@@ -51,7 +53,9 @@ def test_three_spheres_stand_apart_on_two_metres_of_the_plane():
     assert np.all(apart > radius[:, None] + radius)
     assert np.all(low[:, :2] >= -1.0)
     assert np.all(high[:, :2] <= 1.0)
-    np.testing.assert_allclose(low[:, 2].min(), 0.0, atol=1e-15)  # the first rests on the plane
+    np.testing.assert_allclose(
+        low[:, 2].min(), 0.0, rtol=0.0, atol=1e-15
+    )  # the first rests on the plane
 
 
 def test_no_ball_is_higher_than_the_one_that_rests_on_the_plane():
@@ -88,12 +92,14 @@ def test_each_table_stands_on_four_legs_under_its_top():
     scene = _scenes.tables()
     low, high = (a[list(scene.named("table"))].reshape(3, 5, 3) for a in extents(scene))
     top, legs = (low[:, :1], high[:, :1]), (low[:, 1:], high[:, 1:])
-    np.testing.assert_allclose(legs[0][..., 2], 0.0, atol=1e-15)
-    np.testing.assert_allclose(legs[1][..., 2], top[0][..., 2] + np.zeros((3, 4)), atol=1e-15)
-    np.testing.assert_allclose((legs[1] - legs[0])[..., :2], 0.02, atol=1e-15)
+    np.testing.assert_allclose(legs[0][..., 2], 0.0, rtol=0.0, atol=1e-15)
+    np.testing.assert_allclose(
+        legs[1][..., 2], top[0][..., 2] + np.zeros((3, 4)), rtol=0.0, atol=1e-15
+    )
+    np.testing.assert_allclose((legs[1] - legs[0])[..., :2], 0.02, rtol=0.0, atol=1e-15)
     # They stand as far from one end as from the other, within the top.
     gaps = [np.min((legs[0] - top[0])[..., :2], 1), np.min((top[1] - legs[1])[..., :2], 1)]
-    np.testing.assert_allclose(gaps, 0.01, atol=1e-15)
+    np.testing.assert_allclose(gaps, 0.01, rtol=0.0, atol=1e-15)
 
 
 def test_an_unknown_name_is_one_sentence():

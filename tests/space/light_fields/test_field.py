@@ -248,7 +248,7 @@ def test_edges_tell_every_step_of_the_light_along_a_line_of_rays(kind, axis):
     field = light_field(scene_of(KINDS[kind]), AT, axis=axis)
     traced, told = steps(field, rays(24, 4), SPACE_SLOPE.axis(axis), 1201)
     assert np.count_nonzero(traced) > 24
-    np.testing.assert_allclose(told, traced, atol=rounding(10))
+    np.testing.assert_allclose(told, traced, rtol=0.0, atol=rounding(10))
 
 
 def test_edges_that_shapes_share_add_up():
@@ -261,7 +261,19 @@ def test_edges_that_shapes_share_add_up():
     )
     traced, told = steps(light_field(scene, AT), rays(24, 5), 2, 1201)
     assert np.count_nonzero(traced) > 12
-    np.testing.assert_allclose(told, traced, atol=rounding(10))
+    np.testing.assert_allclose(told, traced, rtol=0.0, atol=rounding(10))
+
+
+def test_beside_an_edge_its_jump_is_that_on_the_edge():
+    """A ball before a sky, asked a tenth of its radius within its outline and without."""
+    scene = Scene.of(primitive(sphere((0.0, 0.0, 2.0), 0.5), emission=2.0), environment=0.5)
+    outline = 0.5 / np.sqrt(4.0 - 0.25)  # the slope at which the middle sees it
+    jumps = [
+        edge.jump for edge in light_field(scene, receiver((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))).edges()
+    ]
+    for share in (0.9, 1.0, 1.1):
+        found = [abs(float(jump.at(jnp.array([0.0, 0.0, share * outline, 0.0])))) for jump in jumps]
+        assert max(found) == pytest.approx(1.5, rel=1e-12)
 
 
 def test_the_level_of_a_straight_edge_is_bilinear():
@@ -304,7 +316,7 @@ def test_a_round_outline_is_met_once_in_any_unit_of_length(axis, dtype, unit):
     for edge in edges:
         sign = np.sign(values(edge.level, line.astype(dtype)))
         (met,) = np.flatnonzero(np.diff(sign))
-        np.testing.assert_allclose(abs(line[met, number]) / one, most, atol=0.06)
+        np.testing.assert_allclose(abs(line[met, number]) / one, most, rtol=0.0, atol=0.06)
 
 
 # --- irradiance is one integral of it ------------------------------------------------------------

@@ -44,7 +44,7 @@ def test_a_cylinder_that_leans_has_its_caps_across_its_axis():
     found = cylinder(base, base + 2.0 * half, 0.5)
     np.testing.assert_allclose(found.center, [base + half])
     np.testing.assert_allclose(found.axes[0, :, 2], half)
-    np.testing.assert_allclose(half @ found.axes[0, :, :2], 0.0, atol=1e-15)
+    np.testing.assert_allclose(half @ found.axes[0, :, :2], 0.0, rtol=0.0, atol=1e-15)
 
 
 def test_a_cylinder_stands_on_its_base():
@@ -59,7 +59,7 @@ def test_flat_shapes_look_along_their_normal(normal):
     n = np.array(normal) / np.linalg.norm(normal)
     for shape in (disc((0.0, 1.0, 0.0), normal, 0.4), plane((0.0, 1.0, 0.0), normal)):
         row = jax.tree.map(lambda a: a[0], shape)
-        np.testing.assert_allclose(row.normal(row.center), n, atol=1e-15)
+        np.testing.assert_allclose(row.normal(row.center), n, rtol=0.0, atol=1e-15)
 
 
 def test_corners_counter_clockwise_face_the_viewer():

@@ -51,9 +51,9 @@ def test_hits_lie_on_the_shape_and_nothing_is_met_before(traced):
     q = np.linalg.solve(AXES, (ORIGINS + np.where(hit, t, 0.0)[:, None] * along - CENTER).T).T
     if kind in FLATS:
         assert np.all(implicit(kind, q[hit]) <= 1e-12)
-        np.testing.assert_allclose(q[hit, 2], 0.0, atol=1e-12)
+        np.testing.assert_allclose(q[hit, 2], 0.0, rtol=0.0, atol=1e-12)
     else:
-        np.testing.assert_allclose(implicit(kind, q[hit]), 0.0, atol=1e-9)
+        np.testing.assert_allclose(implicit(kind, q[hit]), 0.0, rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", kinds.KINDS)
@@ -85,6 +85,18 @@ def test_a_flat_shape_that_is_turned_over_keeps_its_points_and_faces_the_other_w
     np.testing.assert_array_equal(over[1], AXES)
 
 
+@pytest.mark.parametrize("kind", kinds.KINDS)
+def test_the_middle_of_a_shape_lies_in_it_and_of_a_plane_below_the_eye(kind):
+    eye, row = jnp.asarray(ORIGINS[0]), jax.tree.map(lambda a: a[0], kind(CENTER, AXES))
+    middle = np.asarray(row.middle(eye))
+    q = np.linalg.solve(AXES, middle - CENTER)
+    assert implicit(kind, q) < -0.1
+    if kind in FLATS:
+        assert abs(q[2]) < 1e-12
+    if kind is Planes:
+        np.testing.assert_allclose(AXES[:, :2].T @ (eye - middle), 0.0, rtol=0.0, atol=1e-12)
+
+
 def test_misses_are_misses(traced):
     kind, _, along, t, _ = traced
     s = np.linspace(0.0, 8.0, 4001)[1:-1]
@@ -102,7 +114,7 @@ def test_normals_are_across_the_surface_and_outwards(traced):
     if kind in FLATS:
         across = np.cross(AXES[:, 0], AXES[:, 1])
         across = np.broadcast_to(across / np.linalg.norm(across), normal.shape)
-        np.testing.assert_allclose(normal, across, atol=1e-12)
+        np.testing.assert_allclose(normal, across, rtol=0.0, atol=1e-12)
         return
     hit = np.isfinite(t)
     point = ORIGINS[hit] + t[hit, None] * along[hit]
@@ -121,7 +133,7 @@ def test_normals_are_across_the_surface_and_outwards(traced):
     third = np.sort(np.abs(q), 1)[:, 1]
     smooth = third < 0.999 if kind is Boxes else np.abs(np.hypot(q[:, 0], q[:, 1]) - abs(q[:, 2]))
     smooth = smooth if kind is Boxes else (smooth > 1e-3) | (kind is Ellipsoids)
-    np.testing.assert_allclose(normal[hit][smooth], rise[smooth], atol=1e-6)
+    np.testing.assert_allclose(normal[hit][smooth], rise[smooth], rtol=0.0, atol=1e-6)
 
 
 def test_a_ray_does_not_meet_the_shape_that_it_starts_on(traced):
@@ -137,7 +149,7 @@ def test_distances_have_derivatives(traced):
     moved = jax.vmap(lambda o, d: row.distance(o + 1e-6 * d, d, False))(o, d)
     hit = np.isfinite(t) & (t > 1e-3) & np.isfinite(np.asarray(moved))
     along_ray = np.sum(np.asarray(slope) * along, 1)
-    np.testing.assert_allclose(along_ray[hit], -1.0, atol=1e-9)
+    np.testing.assert_allclose(along_ray[hit], -1.0, rtol=0.0, atol=1e-9)
 
 
 def test_normals_have_derivatives_in_the_middle_of_a_cylinders_caps():

@@ -302,9 +302,9 @@ def test_the_deepest_point_of_a_segment_is_the_least_of_many(kind):
     share = np.linspace(0.0, 1.0, 4001)[:, None, None]
     least = np.min(collisions._gauge(kind, start + share * (end - start)), axis=0)
     found = collisions._deepest(kind, start, end)
-    np.testing.assert_allclose(collisions._gauge(kind, found), least, atol=1e-3)
+    np.testing.assert_allclose(collisions._gauge(kind, found), least, rtol=0.0, atol=1e-3)
     along = np.cross(found - start, end - start)
-    np.testing.assert_allclose(along, 0.0, atol=1e-12)
+    np.testing.assert_allclose(along, 0.0, rtol=0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize(

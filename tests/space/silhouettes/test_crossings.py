@@ -30,7 +30,7 @@ ROUND = arc((0.0, 0.0, 2.0), (1.0, 0.0, 0.1), (0.0, 0.7, 0.2))
 def test_an_arc_crosses_a_plane_through_the_eye():
     p, q = ROUND.point(jnp.asarray(0.4)), ROUND.point(jnp.asarray(2.9))
     found = np.sort(on_plane(ROUND, jnp.cross(p, q)))
-    np.testing.assert_allclose(found, [0.4, 2.9], atol=1e-12)
+    np.testing.assert_allclose(found, [0.4, 2.9], rtol=0.0, atol=1e-12)
 
 
 def test_an_arc_that_does_not_cross_gives_its_start():
@@ -49,7 +49,7 @@ def test_among_planes_an_arc_that_does_not_cross_is_cut_where_it_is_nearest():
     t = np.linspace(0.0, 2.0 * np.pi, 10_001)
     heights = np.abs(np.asarray(ROUND.point(jnp.asarray(t))) @ normals.T)
     wanted = np.repeat(t[np.argmin(heights, 0)][:, None], 2, 1)
-    np.testing.assert_allclose(planes_on(ROUND, jnp.asarray(normals)), wanted, atol=t[1])
+    np.testing.assert_allclose(planes_on(ROUND, jnp.asarray(normals)), wanted, rtol=0.0, atol=t[1])
 
 
 def test_an_arc_that_touches_a_plane_is_cut_there_once_however_it_rounds():
@@ -68,7 +68,7 @@ def test_an_arc_that_touches_a_plane_is_cut_there_once_however_it_rounds():
     ends = jnp.asarray(np.stack([zero, zero + 2.0 * np.pi]))
     found = crossings.arcs_on_planes(arcs, *ends, jnp.array([(0.0, 0.0, 1.0)]))[:, 0]
     lowest = np.mod(1.5 * np.pi - turn, 2.0 * np.pi)
-    np.testing.assert_allclose(found, np.stack([lowest, lowest], -1), atol=1e-14)
+    np.testing.assert_allclose(found, np.stack([lowest, lowest], -1), rtol=0.0, atol=1e-14)
 
 
 def test_a_circle_whose_plane_is_level_is_cut_anywhere_and_breaks_nothing():
@@ -85,7 +85,7 @@ def test_roots_outside_of_an_arc_are_its_start():
     p, q = ROUND.point(jnp.asarray(0.4)), ROUND.point(jnp.asarray(2.9))
     part = arc(ROUND.center, ROUND.a, ROUND.b, 2.0 * np.pi + 2.0, 2.0 * np.pi + 4.0)
     found = np.sort(on_plane(part, jnp.cross(p, q))) - 2.0 * np.pi
-    np.testing.assert_allclose(found, [2.0, 2.9], atol=1e-12)
+    np.testing.assert_allclose(found, [2.0, 2.9], rtol=0.0, atol=1e-12)
 
 
 def test_two_arcs_cross_in_up_to_four_directions():
@@ -188,12 +188,12 @@ def test_many_segments_are_cut_as_each_is_alone():
     t = jnp.stack([jnp.stack([on_plane(arc(*e), n) for n in normals]) for e in arcs])
     found = crossings.lines_on_cones(jnp.array(ends), normals, jnp.array(arcs), t)
     alone = [[segment_on_cone(one, arc(*e)) for e in arcs] for one in lines]
-    np.testing.assert_allclose(found, alone, atol=1e-12)
+    np.testing.assert_allclose(found, alone, rtol=0.0, atol=1e-12)
     assert np.count_nonzero(np.asarray(found)) >= 4
     planes = jnp.array([[0.3, 1.0, -0.1], [1.0, 0.1, 0.2], [0.0, 0.0, 1.0]])
     found = crossings.lines_on_planes(jnp.array(ends), planes, jnp.ones(3))
     alone = [[along_segment(one, n) for n in planes] for one in lines]
-    np.testing.assert_allclose(found, alone, atol=1e-15)
+    np.testing.assert_allclose(found, alone, rtol=0.0, atol=1e-15)
 
 
 def test_the_parts_of_segments_end_where_shapes_other_than_their_own_are_in_line():
@@ -224,7 +224,7 @@ def test_the_parts_of_arcs_end_where_shapes_other_than_their_own_are_in_line():
         others += [first[row][None], last[row][None], on_planes[row, 0]]
         others += [on_planes[row, 1:][lines != owner].ravel()]
         wanted = np.unique(np.concatenate(others).round(9))
-        np.testing.assert_allclose(np.unique(ends[row].round(9)), wanted, atol=1e-8)
+        np.testing.assert_allclose(np.unique(ends[row].round(9)), wanted, rtol=0.0, atol=1e-8)
 
 
 def test_one_arc_is_cut_by_the_horizon_alone():
@@ -241,7 +241,9 @@ def test_the_horizon_ends_where_silhouettes_cross_it():
     s, t = jnp.array([0.5, 0.25]), jnp.array([[0.0, np.pi]])
     found = crossings.horizon_ends(lines, s, arcs, t)
     right, left = np.arctan2(-1.0, 0.5), 0.75 * np.pi
-    np.testing.assert_allclose(found, [-np.pi, -left, right, 0.25 * np.pi, left, np.pi], atol=1e-12)
+    np.testing.assert_allclose(
+        found, [-np.pi, -left, right, 0.25 * np.pi, left, np.pi], rtol=0.0, atol=1e-12
+    )
 
 
 def test_a_point_straight_above_has_no_azimuth_and_no_slope():
@@ -253,9 +255,9 @@ def test_a_point_straight_above_has_no_azimuth_and_no_slope():
         return crossings.horizon_ends(lines.at[1].add(shift), s + 0.0 * shift[0], arcs, t)
 
     at = jnp.zeros(3)
-    np.testing.assert_allclose(ends(at), [-np.pi, 0.0, 0.0, np.pi], atol=1e-15)
+    np.testing.assert_allclose(ends(at), [-np.pi, 0.0, 0.0, np.pi], rtol=0.0, atol=1e-15)
     slopes = jax.jacfwd(ends)(at)
-    np.testing.assert_allclose(slopes.sum(0), [0.0, 1.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(slopes.sum(0), [0.0, 1.0, 0.0], rtol=0.0, atol=1e-15)
 
 
 def test_the_height_over_a_cone_has_two_derivatives():

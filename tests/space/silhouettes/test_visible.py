@@ -190,8 +190,8 @@ def test_walls_stand_on_the_horizon_as_wide_as_they_are():
     parts, above = np.diff(found.azimuths), np.asarray(found.above)
     (low, high), (start, end) = on_horizon(0), on_horizon(1)
     assert low < start < high < end
-    np.testing.assert_allclose(parts[above == 0].sum(), high - low, atol=1e-4)
-    np.testing.assert_allclose(parts[above == 1].sum(), end - high, atol=1e-4)
+    np.testing.assert_allclose(parts[above == 0].sum(), high - low, rtol=0.0, atol=1e-4)
+    np.testing.assert_allclose(parts[above == 1].sum(), end - high, rtol=0.0, atol=1e-4)
 
 
 @pytest.mark.parametrize("nodes", [1, 4])
@@ -199,8 +199,10 @@ def test_nodes_on_straight_pieces_integrate_along_them(nodes):
     found = _pieces(walls(1.0), receiver((0.0, 0.0, 0.0)))
     p, v, w = (np.asarray(a) for a in found.on_lines(nodes))
     start, end = np.asarray(found.start), np.asarray(found.end)
-    np.testing.assert_allclose(np.sum(w[..., None] * v, 1), end - start, atol=1e-15)
-    np.testing.assert_allclose(np.sum(w[..., None] * p, 1), 0.5 * (start + end), atol=1e-15)
+    np.testing.assert_allclose(np.sum(w[..., None] * v, 1), end - start, rtol=0.0, atol=1e-15)
+    np.testing.assert_allclose(
+        np.sum(w[..., None] * p, 1), 0.5 * (start + end), rtol=0.0, atol=1e-15
+    )
 
 
 def test_inside_a_closed_shape_nothing_is_sound():

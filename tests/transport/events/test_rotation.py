@@ -34,7 +34,17 @@ def test_there_and_back_is_the_identity():
 @given(KAPPA, KAPPA)
 def test_curvatures_add(a, b):
     both = matrix(Curvature(a)) @ matrix(Curvature(b))
-    np.testing.assert_allclose(both, matrix(Curvature(a + b)), atol=rounding(4))
+    np.testing.assert_allclose(both, matrix(Curvature(a + b)), rtol=0.0, atol=rounding(4))
+
+
+def test_in_space_a_step_turns_each_angle_by_its_row_of_the_shape():
+    """One number stands for a ball, which turns each by the step along it alone."""
+    shape = np.array([[0.35, 0.06], [0.11, -0.2]])
+    for kappa, rows in ((shape, shape), (0.4, 0.4 * np.eye(2))):
+        for back, sign in ((False, 1.0), (True, -1.0)):
+            turn = np.eye(4)
+            turn[2:, :2] = sign * rows
+            np.testing.assert_array_equal(matrix(Curvature(kappa, back=back), SPACE), turn)
 
 
 def test_mirror_between_two_rotations_doubles_the_curvature():

@@ -42,3 +42,14 @@ def test_bad_patterns_are_refused():
         Texture(Constant(1.0, FLATLAND))(gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE))
     with pytest.raises(ValueError, match="`frequency` must be finite"):
         wave(float("inf"))
+
+
+def test_derivatives_of_a_wave_are_those_of_its_cosine():
+    """`mean + a cos(2 pi f x + phase)` of x alone."""
+    for x in (0.0, 0.3, -0.7):
+        jet = wave(0.5, 0.35, 0.7, 0.6).jet(jnp.array([x, 0.2]))
+        p = np.pi * x + 0.7
+        np.testing.assert_allclose(jet.value, 0.6 + 0.35 * np.cos(p), rtol=1e-14)
+        slope, bend = -0.35 * np.pi * np.sin(p), -0.35 * np.pi**2 * np.cos(p)
+        np.testing.assert_allclose(jet.gradient, [slope, 0.0], rtol=1e-13)
+        np.testing.assert_allclose(jet.hessian, [[bend, 0.0], [0.0, 0.0]], rtol=1e-13)

@@ -78,15 +78,20 @@ def _gaps(scene: Scene, panels: Panels, at: Receiver) -> _Gaps:
     # Just inside the gap: on its very end a ray may miss the shape. Gaps too narrow are left out.
     inside = jnp.maximum(512.0 * eps * width, 64.0 * eps)
     # Beside a corner, or along the receiver's own hollow shape, rounding reaches further.
-    further = jnp.minimum(8.0 * eps**0.5, 0.25 * width)
+    reach = 8.0 * eps**0.5
+    further = jnp.minimum(reach, 0.25 * width)
     shape = jnp.maximum(seen.seen, 0)
+    own, level = shape == fixed.on, jnp.cos(ends) < reach
+    inside = jnp.where(own & jnp.stack([level[:-1], level[1:]]), further, inside).T
+    # What is seen of it nearer to the horizon sends nothing, but its sines would be any.
+    grazing = own & (jnp.cos(0.5 * (ends[1:] + ends[:-1])) < reach)
 
     def meet(i, angle, eye):
         return scene.hit(i, eye.position, direction(eye.n + angle), eye.on)
 
     def frozen(i, a, b, inside, further):
         m = 0.5 * (a + b)
-        angles = jnp.stack([m, a + inside, b - inside, a + further, b - further])
+        angles = jnp.stack([m, a + inside[0], b - inside[1], a + further, b - further])
         t, s = jax.vmap(lambda angle: meet(i, angle, fixed))(angles)
         met = jnp.isfinite(t)
         sm, sa, sb = s[0], *jnp.where(met[1:3], s[1:3], s[3:])
@@ -97,8 +102,8 @@ def _gaps(scene: Scene, panels: Panels, at: Receiver) -> _Gaps:
         return *span, front, met[0] & jnp.all(met[1:3] | met[3:]), met[1:3]
 
     s0, s1, front, ok, close = jax.vmap(frozen)(shape, ends[:-1], ends[1:], inside, further)
-    low = seen.angles[:-1] + jnp.where(close[:, 0], inside, further)
-    high = seen.angles[1:] - jnp.where(close[:, 1], inside, further)
+    low = seen.angles[:-1] + jnp.where(close[:, 0], inside[:, 0], further)
+    high = seen.angles[1:] - jnp.where(close[:, 1], inside[:, 1], further)
     sheet = 2 * shape + jnp.where(front, 0, 1)
     tolerance = resolution(seen.angles.dtype)
     span = jnp.clip(jnp.stack([s0, s1], -1), 0.0, 1.0)
@@ -112,9 +117,8 @@ def _gaps(scene: Scene, panels: Panels, at: Receiver) -> _Gaps:
         jnp.where(jnp.abs(span[:, i] - near[i]) < tolerance, near[i], span[:, i]) for i in (0, 1)
     ]
     span = jnp.stack(snapped, -1)
-    valid = (
-        (seen.seen >= 0) & ok & here0 & here1 & (width > 256.0 * eps) & (span[:, 1] > span[:, 0])
-    )
+    wide = (width > 256.0 * eps) & (span[:, 1] > span[:, 0]) & ~grazing
+    valid = (seen.seen >= 0) & ok & here0 & here1 & wide
     angles = jnp.stack([jnp.where(front, low, high), jnp.where(front, high, low)], -1)
     both = jax.vmap(_moved, (None, None, 0, 0, None, None, None))
     moved = jax.vmap(both, (None, 0, 0, 0, None, None, 0))(

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from firstorder.flatland.shapes._base import Point
 from firstorder.numerics._planar import cross_2d, dot_2d, left
-from firstorder.numerics._select import grazing
+from firstorder.numerics._select import either, grazing
 
 SLACK = 16.0  # roundings by which the square under a grazing ray's root may be off
 
@@ -23,7 +24,7 @@ def unit_circle_roots(w: Point, d: Point, on: Bool[Array, ""]):
         rounding may decide the other one in two ways (see `grazing`).
     """
     a, b, c = dot_2d(d, d), dot_2d(w, d), dot_2d(w, w) - 1.0
-    root_of = a - cross_2d(w, d) ** 2
+    root_of = under_the_root(a - cross_2d(w, d) ** 2, b, on)
     real, nearly = root_of > 0.0, root_of > -SLACK * grazing(a)
     root = jnp.sqrt(jnp.where(real, root_of, grazing(a)))
     ahead = b < 0.0
@@ -32,6 +33,15 @@ def unit_circle_roots(w: Point, d: Point, on: Bool[Array, ""]):
     outside = (c > 0.0) & ~on
     first, last = ahead & outside, ahead | ((c < 0.0) & ~on)
     return (near, real & first, nearly & first), (far, real & last, nearly & last)
+
+
+def under_the_root(difference: Array, b: Array, on: Bool[Array, ""]) -> Array:
+    """The square under the root of a line and a circle; `b^2` for a line that starts on the circle.
+
+    There the difference is the same number but for the rounding of the start, which is large for a
+    small circle far from the origin: a ray along it would miss it. Its derivatives are right.
+    """
+    return difference + either(on, jax.lax.stop_gradient(b * b - difference), 0.0)
 
 
 def unit_circle_tangents(w: Point, on: Bool[Array, ""]):

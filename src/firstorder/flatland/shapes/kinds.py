@@ -33,6 +33,7 @@ from firstorder.flatland.shapes._unit_circle import (
     SLACK,
     on_circle,
     turns,
+    under_the_root,
     unit_circle_roots,
     unit_circle_tangents,
 )
@@ -208,7 +209,7 @@ class Circles(Shape):
         w, square = origin - self.center, self.radius * self.radius
         b, c = dot_2d(w, along), jnp.where(on, 0.0, dot_2d(w, w) - square)
         most = square * dot_2d(along, along)
-        root_of = most - cross_2d(w, along) ** 2
+        root_of = under_the_root(most - cross_2d(w, along) ** 2, b, on)
         real, ahead = root_of > 0.0, b < 0.0
         sum_of = jnp.sqrt(jnp.where(real, root_of, grazing(most))) + jnp.abs(b)
         # From inside or from the circle itself only the farther of the two roots can lie ahead.
