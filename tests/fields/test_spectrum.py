@@ -119,7 +119,7 @@ def test_a_grid_is_numbers_that_stay():
 
     try:
         grid = Grid((4,), step)  # pyright: ignore[reportArgumentType]
-        of(step), of(step)
+        assert (of(step), of(step)) == (0.5, 0.5)
         step[0] = 5.0
         assert (grid.step, of(step), of([5.0])) == ((0.5,), 5.0, 5.0)
     except TypeError as error:  # the import hook says that a list is no tuple
