@@ -2,10 +2,11 @@
 
     E(x) = int L(x <- theta) cos(theta) dtheta = sum over gaps of what is seen     (J12 eq. 16)
 
-A gap in which an emitter of one radiance is seen gives `L (sin theta_+ - sin theta_-)`; any other
-light is integrated by Gauss-Legendre in its gap. The ends of the gaps are differentiable, so
-automatic differentiation of this sum holds the interior and the boundary terms of every derivative,
-for the receiver and for every leaf of the scene.
+A gap in which an emitter of one radiance is seen gives `L (sin theta_+ - sin theta_-)`, so that the
+sum is one over the cuts, of `sin theta` times the jump of L there; any other light is integrated by
+Gauss-Legendre in its gap. The cuts are differentiable, so automatic differentiation of this sum
+holds the interior and the boundary terms of every derivative, for the receiver and for every leaf
+of the scene.
 """
 
 from __future__ import annotations

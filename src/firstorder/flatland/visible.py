@@ -4,7 +4,7 @@ No direction is sampled. All events (ends of shapes, points of tangency, crossin
 angle; between two neighbours one shape is nearest throughout, and one ray finds it. The angles are
 differentiable functions of the receiver and of the scene, so an integral over the gaps is exact
 under differentiation, shadow edges included. The order and the numbers of the shapes have no
-derivative.
+derivative (`_hemicircle` finds them).
 
 Where two events fall together (a visual event: two edges in line) derivatives jump. What comes out
 is the one-sided derivative of the side on which the nearer edge hides the farther one.
