@@ -15,18 +15,18 @@ import pytest
 from tests.first_calls import calls, equations
 
 MOST = {
-    "flatland E": 1000,
+    "flatland E": 1035,
     "flatland gradient": 1200,
     "flatland Hessian": 1780,
-    "scene_d E": 1450,
+    "scene_d E": 1485,
     "scene_d E''": 2140,
-    "flatland radiosity": 2980,
+    "flatland radiosity": 3045,
     "space E": 1092,
     "space gradient": 1399,
     "space Hessian": 2811,
     "space derivatives": 2651,
     "space light field, jet": 1400,
-    "azimuth integral": 6000,
+    "azimuth integral": 6020,
     "path, jet": 2140,
     "path, spectrum": 385,
     "shadow field, spectrum": 75,

@@ -153,3 +153,9 @@ def test_spreads_are_compared_on_a_logarithmic_scale():
 def test_an_order_is_fitted_to_errors_of_several_sizes(sizes, errors, words):
     with pytest.raises(ValueError, match=f"^Argument {words}"):
         fitted_order(sizes, errors)
+
+
+def test_an_expectation_may_be_negative_by_rounding():
+    assert chi_square([10, 0, 10], [10, -1e-17, 10]) == 1.0
+    with pytest.raises(ValueError, match="`expected` must not be negative"):
+        chi_square([10, 0, 10], [11, -1.0, 10])

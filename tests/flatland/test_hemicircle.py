@@ -1,5 +1,7 @@
 """The hemicircle: its cuts and what is between them, against angles, rays and higher precision."""
 
+import itertools
+
 import jax
 import jax.numpy as jnp
 import mpmath
@@ -17,6 +19,7 @@ from firstorder.flatland import (
     primitive,
 )
 from firstorder.flatland._hemicircle import cuts_of, seen_between
+from firstorder.flatland.shapes._crossings import find_crossings
 from tests.flatland.worlds import everything
 
 
@@ -83,3 +86,49 @@ def test_a_lamp_near_the_horizon_keeps_the_digits_of_its_derivatives():
         slope, bend = (float(mpmath.diff(exact, 0.25, n)) for n in (1, 2))
     assert abs(jax.grad(E)(0.25) / slope - 1.0) < 1e-11
     assert abs(jax.grad(jax.grad(E))(0.25) / bend - 1.0) < 1e-11
+
+
+@pytest.mark.parametrize("numbers", list(itertools.permutations(range(3))))
+def test_of_three_edges_in_line_the_nearest_hides_the_others(numbers):
+    # Whatever their numbers, which decide the order of cuts in one place.
+    heights, lengths, lights = (1.0, 2.0, 3.0), (0.5, 1.3, 2.7), (3.0, 5.0, 7.0)
+    none = find_crossings([Segments((0.0, 0.0), (1.0, 0.0))])
+
+    @jax.jit
+    def light(signs, x):
+        shapes = [
+            primitive(
+                Segments((0.0, heights[k]), jnp.stack([signs[k] * lengths[k], heights[k]])),
+                emission=lights[k],
+                two_sided=True,
+            )
+            for k in numbers
+        ]
+        return irradiance(Scene.of(*shapes, crossings=none), Receiver(jnp.stack([x, 0.0 * x]), 0.0))
+
+    d = 1e-6
+    for signs in itertools.product((-1.0, 1.0), repeat=3):
+        signs = jnp.array(signs)
+        E, slope = jax.value_and_grad(light, 1)(signs, 0.0)
+        sides = (E - light(signs, -d)) / d, (light(signs, d) - E) / d
+        assert min(abs(slope - side) for side in sides) < 1e-4
+
+
+def test_where_the_receiver_is_nowhere_derivatives_are_nan_too(scene):
+    def E(x):
+        return irradiance(scene, Receiver(jnp.stack([x, 0.0]), 0.0))
+
+    for x in (jnp.nan, jnp.inf):
+        value, slope = jax.jvp(E, (x,), (1.0,))
+        assert jnp.isnan(value)
+        assert jnp.isnan(slope)
+        assert jnp.isnan(jax.grad(E)(x))
+
+
+def test_no_receivers_among_many_cuts_are_none(scene):
+    points = jnp.stack([jnp.linspace(-1.0, 1.0, 60), jnp.ones(60)], -1)
+
+    def E(p):
+        return irradiance(scene, Receiver(p, 0.0), cuts=points)
+
+    assert jax.vmap(E)(jnp.zeros((0, 2))).shape == (0,)

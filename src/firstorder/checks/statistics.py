@@ -22,6 +22,7 @@ from firstorder._argument_checks import (
 from firstorder.checks.tolerance import _logarithms
 
 LEVEL = 1e-4  # chance of a false alarm of one whole test
+ROUNDING = 1e-12  # share of a whole by which a part of it may be negative
 EXPECTED = 8.0  # fewest expected samples in a bin of a chi-square test
 
 
@@ -163,6 +164,7 @@ def chi_square(counts: Any, expected: Any) -> float:
             f"but have {seen.sum():g} and {wanted.sum():g}."
         )
     check_not_negative("counts", seen)
+    wanted = np.where((wanted < 0.0) & (wanted >= -ROUNDING * wanted.sum()), 0.0, wanted)
     check_not_negative("expected", wanted)
     if np.any((wanted <= 0.0) & (seen > 0.0)):
         return 0.0
@@ -238,9 +240,10 @@ def sampler_p_value(
     half = 0.5 * (edges[1:] - edges[:-1])[:, None]
     at = 0.5 * (edges[1:] + edges[:-1])[:, None] + half * t
     share = np.sum(half * w * np.asarray(density(at), float), -1)
-    whole = abs(share.sum() - 1.0) <= 1e-3 and np.all(share >= 0.0)
+    whole = abs(share.sum() - 1.0) <= 1e-3 and np.all(share >= -ROUNDING)
     if not (whole and np.all((x >= low) & (x <= high))):
         return 0.0
+    share = np.maximum(share, 0.0)
     return chi_square(np.histogram(x, edges)[0], x.size * share / share.sum())
 
 

@@ -107,7 +107,7 @@ def plain_row(name: str) -> Callable[[Any], tuple[Any, ...]]:
     def convert(x: Any) -> tuple[Any, ...]:
         if isinstance(x, (np.ndarray, jax.Array)) and x.ndim == 1:
             x = tuple(x)
-        if not isinstance(x, (tuple, list)):
+        if not isinstance(x, (tuple, list, range)):
             raise TypeError(
                 f"Argument `{name}` must hold a number for each coordinate, but is {what(x)}."
             )

@@ -88,7 +88,8 @@ def cuts_of(scene: Scene, at: Receiver, points: Float[Array, "c 2"] | None = Non
         cosine = jnp.concatenate([cosine, jnp.maximum(jnp.cos(angle), 0.0)])
         far = jnp.concatenate([far, jnp.full_like(angle, jnp.inf)])
     known = jnp.isfinite(at.n) & jnp.all(jnp.isfinite(at.position)) & ~scene.unsound
-    return Cuts(nan_unless(known, sine), cosine, far)
+    # As a factor, so that derivatives are NaN too.
+    return Cuts(sine * nan_unless(known, jnp.ones_like(sine)), cosine, far)
 
 
 def seen_between(scene: Scene, at: Receiver, cuts: Cuts, *, sides: bool = False) -> Between:
@@ -140,11 +141,33 @@ def _between(sides: bool, scene: Scene, apart: Bool[Array, ""] | None, view: tup
     else:
         by_depth = partial(_depth_order.first_shape, scene, (position, on, half, along, order))
         shape = jax.lax.cond(apart, by_depth, by_rays)
-    # What a ray through both edges meets is a matter of rounding, but derivatives depend on it.
+    # What a ray through edges in line meets is a matter of rounding, but derivatives depend on it.
     empty = ends[1:] - ends[:-1] <= 8.0 * jnp.finfo(ends.dtype).eps * stretch
     before, after = nearest_known(shape, ~empty)
-    shape = either(empty, either(far[:-1] < far[1:], after, before), shape)
+    shape = either(empty, either(_nearest_is_before(far, empty), after, before), shape)
     if not sides:
         return Between(order, shape, None)
     front = jax.vmap(lambda k, d: scene.front(k, position, d, on))(jnp.maximum(shape, 0), along)
     return Between(order, shape, front)
+
+
+def _nearest_is_before(far: Float[Array, " m_1"], empty: Bool[Array, " m"]) -> Bool[Array, " m"]:
+    """Whether, of the cuts in line about each gap without width, the nearest is before it.
+
+    Three on each side are looked at: farther ones count where five edges or more are in line.
+
+    Args:
+        far: distances to the cuts, in order, with one before the first gap and behind the last.
+        empty: whether a gap has no width.
+    """
+
+    def least(far, empty):  # of those before each gap
+        n = empty.shape[0]
+        far = jax.lax.pad(far[:-1], jnp.asarray(jnp.inf, far.dtype), [(2, 0, 0)])
+        empty = jax.lax.pad(empty, False, [(2, 0, 0)])
+        one = empty[1:-1]
+        two = one & empty[:n]
+        more = jnp.minimum(either(one, far[1:-1], jnp.inf), either(two, far[:n], jnp.inf))
+        return jnp.minimum(far[2:], more)
+
+    return least(far, empty) < least(far[::-1], empty[::-1])[::-1]

@@ -102,6 +102,7 @@ def one_list(f: Callable[[S, X], Y]) -> Callable[[S, X], Y]:
     @listed.def_vmap
     def _(size, batched, shared, rows):
         over_shared, over_rows = batched
+        each = jax.tree.leaves(jax.tree.map(lambda a, b: a.shape[b], rows, over_rows))[0]
         if any(jax.tree.leaves(over_shared)):
             axes = jax.tree.map(lambda b: 0 if b else None, (over_shared, over_rows))
             found = jax.vmap(f, in_axes=axes, axis_size=size)(shared, rows)
@@ -109,8 +110,10 @@ def one_list(f: Callable[[S, X], Y]) -> Callable[[S, X], Y]:
             whole = jax.tree.map(
                 lambda a, b: a if b else jnp.broadcast_to(a, (size, *a.shape)), rows, over_rows
             )
-            found = listed(shared, jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:]), whole))
-            found = jax.tree.map(lambda a: a.reshape(size, -1, *a.shape[1:]), found)
+            found = listed(
+                shared, jax.tree.map(lambda a: a.reshape(size * each, *a.shape[2:]), whole)
+            )
+            found = jax.tree.map(lambda a: a.reshape(size, each, *a.shape[1:]), found)
         return found, jax.tree.map(lambda _: True, found)
 
     return listed

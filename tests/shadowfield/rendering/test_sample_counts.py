@@ -140,3 +140,9 @@ def test_rays_are_counted_for_blockers_between_lamp_and_receiver(given, words):
     rest = {"Omega_y": 2.0, "pixel": 0.01, "half": np.array([0.5, 0.5])}
     with pytest.raises((ValueError, TypeError), match=f"{words}|violates type hint"):
         rays_per_pixel(**(usual | rest | given))
+
+
+def test_one_depth_stands_for_all_pixels():
+    depths, rest = np.array([2.0, 3.0]), (4.0, 0.1, np.array([0.5, 0.5]))
+    whole = rays_per_pixel(depths, np.full(2, 0.5), np.full(2, 0.7), *rest)
+    assert np.array_equal(rays_per_pixel(depths, 0.5, 0.7, *rest), whole)

@@ -34,9 +34,9 @@ Numbers = Float[np.ndarray, " m"]
 
 
 def rays_per_pixel(
-    d1: Numbers,
-    near: Numbers,
-    far: Numbers,
+    d1: Numbers | float,
+    near: Numbers | float,
+    far: Numbers | float,
     Omega_y: float | int,
     pixel: float,
     half: Float[np.ndarray, "2"],
@@ -73,8 +73,9 @@ def rays_per_pixel(
     check_shape("half", np.asarray(half), (2,))
     check_positive("d1", d1)
     d1, near, far = (np.asarray(a, float) for a in (d1, near, far))
-    check_broadcast("d1", d1, near.shape)
     check_shape("far", far, near.shape)
+    if near.ndim:
+        check_broadcast("d1", d1, near.shape)
     check_not_negative("margin", margin)
     check_below("margin", margin, 1.0)
     some = np.isfinite(near)

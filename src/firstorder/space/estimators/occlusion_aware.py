@@ -119,7 +119,8 @@ def _check_net(radiance, directions, distances, triangles, neighbours) -> None:
     check_shape("triangles", triangles, (len(triangles), 3))
     _check_named("triangles", triangles, 2 * rays, f"{rays} rays and their feet")
     if neighbours is not None:
-        check_shape("neighbours", neighbours, (rays, neighbours.shape[-1]))
+        each = neighbours.shape[1] if neighbours.ndim > 1 else 1
+        check_shape("neighbours", neighbours, (rays, each))
         _check_named("neighbours", neighbours, rays, f"{rays} rays")
     if is_concrete(distances):
         check_positive("distances", np.where(np.isposinf(distances), 1.0, distances))
