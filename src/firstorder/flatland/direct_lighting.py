@@ -220,7 +220,7 @@ def _emitted(scene: Scene, cuts: Cuts, seen: Between) -> Float[Array, ""]:
     side = either(seen.front, np.int32(FRONT), np.int32(BACK))
     L = scene.material.emission[jnp.maximum(seen.shape, 0), side]
     L = either(seen.shape >= 0, L, 0.0)
-    jump = jnp.zeros_like(cuts.sine).at[seen.order].set(L[:-1] - L[1:])
+    jump = jnp.zeros(cuts.sine.shape, L.dtype).at[seen.order].set(L[:-1] - L[1:])
     return L[0] + L[-1] + jnp.sum(jump * cuts.sine)
 
 
