@@ -132,3 +132,24 @@ def test_no_receivers_among_many_cuts_are_none(scene):
         return irradiance(scene, Receiver(p, 0.0), cuts=points)
 
     assert jax.vmap(E)(jnp.zeros((0, 2))).shape == (0,)
+
+
+@pytest.mark.parametrize("count", [24, 40])
+def test_each_band_of_many_shapes_is_as_alone(count):
+    # By rays, and by depth; both in blocks.
+    x, lights = np.linspace(-1.0, 1.0, count), np.array([1.0, 3.0, 2.0])
+    row = Circles(np.stack([x, 0.0 * x + 1.0], -1), np.full(count, 0.01))
+    lamp = Segments((0.6, 2.0), (-0.6, 2.0))
+    scene = Scene.of(primitive(lamp, emission=lights), primitive(row, emission=lights[::-1] / 2.0))
+    at = jnp.stack([jnp.linspace(-0.5, 0.5, 7), jnp.zeros(7)], -1)
+
+    def both(scene):
+        def E(p):
+            return irradiance(scene, Receiver(p, 0.0))
+
+        return jax.vmap(E)(at), jax.vmap(jax.jacfwd(E))(at)
+
+    together = both(scene)
+    for band in range(3):
+        for one, alone in zip(together, both(scene.band(band)), strict=True):
+            assert np.allclose(one[:, band], alone, rtol=1e-13, atol=1e-13)

@@ -21,7 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.flatland.scene import Scene
+from firstorder.flatland.shapes._base import Shape
 from firstorder.flatland.shapes.kinds import Circles
 from firstorder.numerics._order import order_of
 from firstorder.numerics._planar import dot_2d
@@ -31,13 +31,13 @@ from firstorder.scene._intersect import MISS
 MANY = 32  # circles from which on their order pays
 
 
-def ordered_by_depth(scene: Scene) -> Bool[Array, ""] | None:
-    """Whether the circles of a scene are ordered by depth; None if they are too few for it to pay.
+def ordered_by_depth(groups: tuple[Shape, ...]) -> Bool[Array, ""] | None:
+    """Whether the circles among shapes are ordered by depth; None if too few for it to pay.
 
     Of a row of scenes under `vmap`: whether those of all are. So it is one answer, and what is
     chosen by it is alone computed. It has no derivative.
     """
-    circles = [group for group in scene.groups if isinstance(group, Circles)]
+    circles = [group for group in groups if isinstance(group, Circles)]
     if not circles or circles[0].count < MANY:
         return None
     return do_not_overlap(circles[0])
@@ -65,25 +65,28 @@ def _(size, batched, *circles):
     return _apart(*whole), False
 
 
-def first_shape(scene: Scene, view: tuple[Array, ...]) -> Int[Array, " m"]:
+def first_shape(
+    groups: tuple[Shape, ...], rank: Int[Array, " n"], view: tuple[Array, ...]
+) -> Int[Array, " m"]:
     """Number of the nearest shape in each gap of a view, -1 for none, if no discs overlap.
 
     A ray meets the other shapes, the receiver's own, and one disc.
 
     Args:
-        scene: the shapes.
+        groups: the shapes.
+        rank: of each where several are in one place: `scene._intersect.ranks`.
         view: where the receiver is, and the number of the shape on which it lies; of each cut, the
             tangent of half its angle, those of `scene.silhouettes` first; unit vectors into the
             gaps, in their order; and the order of the cuts.
     """
     origin, on, half, along, order = view
-    which = [isinstance(group, Circles) for group in scene.groups].index(True)
-    circles, others = scene.groups[which], (*scene.groups[:which], *scene.groups[which + 1 :])
-    first = sum(group.count for group in scene.groups[:which])
-    stop = first + circles.count
+    which = [isinstance(group, Circles) for group in groups].index(True)
+    circles, others = groups[which], (*groups[:which], *groups[which + 1 :])
+    first = sum(group.count for group in groups[:which])
+    stop, count = first + circles.count, len(rank)
     # Numbers among the circles alone, and below among the others.
     own = jnp.where((on >= first) & (on < stop), on - first, MISS)
-    cuts = sum(group.count * group.silhouette_count for group in scene.groups[:which])
+    cuts = sum(group.count * group.silhouette_count for group in groups[:which])
 
     def of_circles(a):
         return a[cuts : cuts + 2 * circles.count].reshape(-1, 2)
@@ -91,22 +94,21 @@ def first_shape(scene: Scene, view: tuple[Array, ...]) -> Int[Array, " m"]:
     place = jnp.zeros_like(order).at[order].set(np.arange(len(order), dtype=np.int32))
     above = of_circles(jnp.abs(half) < 1.0)
     front, rim = front_circle(circles, origin, own, of_circles(place), above, len(along))
-    rank = intersect.ranks(scene.material.emission)
     rays = _rays(origin, along, own)
     met = [
         (intersect.reached((circles,), k, rays), rank[first:stop][jnp.maximum(k, 0)])
         for k in (front, rim, own)
     ]
     if others:
-        rest = np.delete(np.arange(scene.count), np.arange(first, stop))
+        rest = np.delete(np.arange(count), np.arange(first, stop))
         on = jnp.where(on < first, on, jnp.where(on < stop, MISS, on - circles.count))
-        rays, among = _rays(origin, along, on), intersect.ranks(scene.material.emission[rest])
-        number = intersect.first_shape(others, among, rays)
+        rays = _rays(origin, along, on)
+        number = intersect.first_shape(others, intersect.ranks_among(rank, rest), rays)
         t = intersect.reached(others, number, rays)
         met.append((t, rank[rest][jnp.maximum(number, 0)]))
     t, rank = (jnp.stack(jnp.broadcast_arrays(*a)) for a in zip(*met, strict=True))
     slack = intersect.rounding(origin) / intersect.tie(t.dtype)
-    return intersect.highest(t + slack, rank, scene.count)
+    return intersect.highest(t + slack, rank, count)
 
 
 def _rays(origin: Float[Array, "2"], along: Float[Array, "m 2"], on: Int[Array, ""]):

@@ -17,12 +17,14 @@ from jaxtyping import Array, Bool, Float, Int
 from firstorder._argument_checks import nan_unless
 from firstorder.conventions import direction
 from firstorder.flatland import _depth_order
-from firstorder.flatland.intersect import first_shape
+from firstorder.flatland.intersect import _first_of_ranked
 from firstorder.flatland.scene import Scene
+from firstorder.flatland.shapes._base import Shape
 from firstorder.numerics._batching import in_batches, one_list
 from firstorder.numerics._order import nearest_known, order_of
 from firstorder.numerics._planar import cross_2d, dot_2d, left, sine_and_cosine
 from firstorder.numerics._select import either
+from firstorder.scene._intersect import picked, ranks
 
 if TYPE_CHECKING:
     from firstorder.flatland.visible import Receiver
@@ -105,21 +107,28 @@ def seen_between(scene: Scene, at: Receiver, cuts: Cuts, *, sides: bool = False)
         sides: whether to tell from which side each is seen.
     """
     scene, at, cuts = jax.lax.stop_gradient((scene, at, cuts))
-    apart = _depth_order.ordered_by_depth(scene)
+    # Not in blocks, which know nothing of other bands.
+    rank, apart = ranks(scene.material.emission), _depth_order.ordered_by_depth(scene.groups)
     view = at.position, at.n, at.on, cuts
     if cuts.far.shape[0] < MANY:
-        return _between(sides, scene, apart, view)
+        return _between(sides, scene.groups, rank, apart, view)
     rows = jax.tree.map(lambda a: a[None], view)
     most = max(1, IN_CACHE // (cuts.far.shape[0] + 1))
 
     def find(shared, rows):
         return in_batches(partial(_between, sides, *shared), rows, most)
 
-    found = one_list(find)((scene, apart), rows)
+    found = one_list(find)((scene.groups, rank, apart), rows)
     return jax.tree.map(lambda a: a[0], found)
 
 
-def _between(sides: bool, scene: Scene, apart: Bool[Array, ""] | None, view: tuple) -> Between:
+def _between(
+    sides: bool,
+    groups: tuple[Shape, ...],
+    rank: Int[Array, " n"],
+    apart: Bool[Array, ""] | None,
+    view: tuple,
+) -> Between:
     """`seen_between` of one view, for shapes of which is known whether depth orders them."""
     position, n, on, cuts = view
     half = cuts.sine / (1.0 + cuts.cosine)  # the tangent of half the angle, which rises with it
@@ -134,12 +143,15 @@ def _between(sides: bool, scene: Scene, apart: Bool[Array, ""] | None, view: tup
     along = up[:, None] * normal + side[:, None] * left(normal)
 
     def by_rays():
-        return first_shape(scene, jnp.broadcast_to(position, along.shape), along, on)
+        rays = jnp.broadcast_to(position, along.shape), along, jnp.broadcast_to(on, len(along))
+        return _first_of_ranked(groups, rank, rays)
 
     if apart is None:
         shape = by_rays()
     else:
-        by_depth = partial(_depth_order.first_shape, scene, (position, on, half, along, order))
+        by_depth = partial(
+            _depth_order.first_shape, groups, rank, (position, on, half, along, order)
+        )
         shape = jax.lax.cond(apart, by_depth, by_rays)
     # What a ray through edges in line meets is a matter of rounding, but derivatives depend on it.
     empty = ends[1:] - ends[:-1] <= 8.0 * jnp.finfo(ends.dtype).eps * stretch
@@ -147,8 +159,11 @@ def _between(sides: bool, scene: Scene, apart: Bool[Array, ""] | None, view: tup
     shape = either(empty, either(_nearest_is_before(far, empty), after, before), shape)
     if not sides:
         return Between(order, shape, None)
-    front = jax.vmap(lambda k, d: scene.front(k, position, d, on))(jnp.maximum(shape, 0), along)
-    return Between(order, shape, front)
+
+    def seen_from_front(k, d):
+        return picked(groups, k, lambda one: one.front(position, d, on == k))
+
+    return Between(order, shape, jax.vmap(seen_from_front)(jnp.maximum(shape, 0), along))
 
 
 def _nearest_is_before(far: Float[Array, " m_1"], empty: Bool[Array, " m"]) -> Bool[Array, " m"]:

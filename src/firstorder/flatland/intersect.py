@@ -8,6 +8,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._display import Module
 from firstorder.flatland.scene import Scene
+from firstorder.flatland.shapes._base import Shape
 from firstorder.flatland.shapes.kinds import Curves
 from firstorder.numerics._batching import in_batches
 from firstorder.numerics._compiled import compiled
@@ -55,18 +56,25 @@ def first_shape(
     """
     origins, along = rays_of(origins, along, 2)
     on = jnp.broadcast_to(jnp.asarray(on), origins.shape[:1])
-    few = 0 if _has_curves(scene) else None
     rank = intersect.ranks(scene.material.emission)
-    return intersect.first_shape(scene.groups, rank, (origins, along, on), _block(scene), few)
+    return _first_of_ranked(scene.groups, rank, (origins, along, on))
 
 
-def _has_curves(scene: Scene) -> bool:
+def _first_of_ranked(
+    groups: tuple[Shape, ...], rank: Int[Array, " n"], rays: intersect.Rays
+) -> Int[Array, " r"]:
+    """`first_shape` of shapes whose ranks are known (`scene._intersect.ranks`)."""
+    few = 0 if _has_curves(groups) else None
+    return intersect.first_shape(groups, rank, rays, _block(groups), few)
+
+
+def _has_curves(groups: tuple[Shape, ...]) -> bool:
     """Whether a ray costs many brackets, which are kept for a whole block of rays."""
-    return any(isinstance(group, Curves) for group in scene.groups)
+    return any(isinstance(group, Curves) for group in groups)
 
 
-def _block(scene: Scene) -> int:
-    return BLOCK // 32 if _has_curves(scene) else BLOCK
+def _block(groups: tuple[Shape, ...]) -> int:
+    return BLOCK // 32 if _has_curves(groups) else BLOCK
 
 
 @compiled
@@ -96,8 +104,8 @@ def nearest(scene: Scene, origins: ArrayLike, along: ArrayLike, on: ArrayLike = 
     index = first_shape(scene, origins, along, on)
     on = jnp.broadcast_to(jnp.asarray(on), index.shape)
     asked = jnp.maximum(index, 0), origins, along, on
-    if _has_curves(scene) and on.size > _block(scene):
-        t, s = in_batches(lambda ray: scene.hit(*ray), asked, _block(scene))
+    if _has_curves(scene.groups) and on.size > _block(scene.groups):
+        t, s = in_batches(lambda ray: scene.hit(*ray), asked, _block(scene.groups))
     else:
         t, s = jax.vmap(scene.hit)(*asked)
     met = (index >= 0) & jnp.isfinite(t)  # search and hit may round a grazing ray differently
@@ -137,4 +145,4 @@ def occluded(
     a, b = rays_of(a, b, 2, ("a", "b"))
     free = isinstance(on_b, int) and on_b == MISS
     rank = None if free else intersect.ranks(scene.material.emission)
-    return intersect.occluded(scene.groups, rank, a, b, on_a, on_b, _block(scene))
+    return intersect.occluded(scene.groups, rank, a, b, on_a, on_b, _block(scene.groups))

@@ -21,6 +21,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import is_concrete
@@ -50,6 +51,17 @@ def ranks(emission: Float[Array, "n 2 ..."]) -> Int[Array, " n"]:
     n = emission.shape[0]
     shines = jnp.any(jax.lax.stop_gradient(emission).reshape(n, -1) > 0.0, 1)
     return jnp.arange(n, dtype=jnp.int32) + n * in_any_band(shines).astype(jnp.int32)
+
+
+def ranks_among(rank: Int[Array, " n"], some: np.ndarray) -> Int[Array, " m"]:
+    """Ranks of some shapes among themselves.
+
+    Args:
+        rank: `ranks` of all.
+        some: numbers of those, in order.
+    """
+    shines = rank[some] >= rank.shape[0]
+    return jnp.arange(some.size, dtype=jnp.int32) + some.size * shines.astype(jnp.int32)
 
 
 def tie(dtype: Any) -> float:
