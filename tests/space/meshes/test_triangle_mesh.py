@@ -95,9 +95,10 @@ def test_vertex_normals_are_exact_on_a_sphere_and_move_with_the_mesh():
     squeezed = v + 0.3 * np.random.default_rng(0).uniform(-1, 1, v.shape)
     squeezed /= np.linalg.norm(squeezed, axis=1)[:, None]
     ball = mesh(2.0 * squeezed + 1.0, f)
-    np.testing.assert_allclose(vertex_normals(ball), squeezed, rtol=0.0, atol=1e-14)
+    # Of the thinnest triangle an angle is known to some hundred roundings.
+    np.testing.assert_allclose(vertex_normals(ball), squeezed, rtol=0.0, atol=1e-13)
     np.testing.assert_allclose(vertex_normals(ball.at(ball.vertices[:, ::-1])), -squeezed[:, ::-1],
-                               rtol=0.0, atol=1e-14)  # fmt: skip
+                               rtol=0.0, atol=1e-13)  # fmt: skip
 
 
 @pytest.mark.parametrize(
