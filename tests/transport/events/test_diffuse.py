@@ -142,8 +142,8 @@ def test_in_space_spectrum_and_sum():
         [[3.0, 0.4, 0.7, -0.2], [0.4, 2.7, 0.2, 0.6], [0.7, 0.2, 9.0, 0.3], [-0.2, 0.6, 0.3, 8.0]]
     )
     L = Gaussian(np.array([0.1, -0.1, 0.2, 0.05]), P, 1.0, SPACE_SLOPE)
-    window = Grid.spanning((8, 8, 26, 26), (4.0, 4.0, 2.4, 2.4))
-    step = diffuse(0.3, 2.4, window, 32, ("v", "w"))
+    window = Grid.spanning((8, 8, 30, 30), (4.0, 4.0, 2.8, 2.8))
+    step = diffuse(0.3, 2.8, window, 40, ("v", "w"))
     grid = Grid.spanning((24, 25), (4.2, 4.2))
     samples = eqx.filter_jit(grid.sample)(step(L))
     W = (np.array([-0.2, 0.1]), np.array([0.0, 0.15, 0.3]))
