@@ -89,7 +89,8 @@ def test_edges_are_bisected_to_rounding():
     edges, _ = found(jnp.zeros(2))
     low, high = exact()
     truth = np.stack([low.value, high.value]).T.ravel()  # disc low, disc high, slab low, slab high
-    np.testing.assert_allclose(edges.angle[:4], truth, rtol=0.0, atol=4e-16)
+    # Whether a ray grazes a disc is decided by a difference of squares of numbers near one.
+    np.testing.assert_allclose(edges.angle[:4], truth, rtol=0.0, atol=2e-15)
     np.testing.assert_array_equal(edges.sign, [1, -1, 1, -1, 0, 0])
     assert edges.count == 4
 
