@@ -425,6 +425,30 @@ def test_every_case_file_lies_in_a_folder_of_its_kind():
     }
 
 
+# --- what a tolerance says-----------------------------------------------------------------------
+
+
+def lax_tolerances(source):
+    """Lines on which a tolerance is absolute in words, and NumPy adds a relative one of its own."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Call) and len(node.args) < 3:
+            name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+            given = {keyword.arg for keyword in node.keywords}
+            if name in ("allclose", "assert_allclose") and "atol" in given and "rtol" not in given:
+                yield node.lineno
+
+
+def test_an_absolute_tolerance_is_one():
+    folder = pathlib.Path(__file__).parent
+    found = {
+        f"{file.relative_to(folder)}:{line}"
+        for file in folder.rglob("*.py")
+        for line in lax_tolerances(file.read_text(encoding="utf-8"))
+    }
+    assert not found
+    assert [*lax_tolerances("np.allclose(a, b, atol=1e-9)")] == [1]
+
+
 # --- what importing costs ----------------------------------------------------------------------
 
 
