@@ -425,7 +425,7 @@ def test_every_case_file_lies_in_a_folder_of_its_kind():
     }
 
 
-# --- what a tolerance says-----------------------------------------------------------------------
+# --- what a tolerance says ---------------------------------------------------------------------
 
 
 def lax_tolerances(source):
