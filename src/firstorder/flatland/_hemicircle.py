@@ -49,7 +49,7 @@ class Cuts(NamedTuple):
 
 
 class Between(NamedTuple):
-    """What is seen in the gaps between cuts, from the right edge of the view to the left one.
+    """The shape seen in each gap between cuts, from the right edge of the view to the left one.
 
     Attributes:
         order: numbers of the cuts, counter-clockwise.
@@ -95,10 +95,10 @@ def cuts_of(scene: Scene, at: Receiver, points: Float[Array, "c 2"] | None = Non
 
 
 def seen_between(scene: Scene, at: Receiver, cuts: Cuts, *, sides: bool = False) -> Between:
-    """What is seen between the cuts of a view. It has no derivative.
+    """The shape seen in each gap between the cuts of a view. It has no derivative.
 
     Where cuts fall together (a visual event: edges in line) the gap between them shows what it
-    would show if the nearer edge hid the farther one.
+    would show if the nearest of these edges hid the others.
 
     Args:
         scene: the shapes.
@@ -172,7 +172,7 @@ def _nearest_is_before(far: Float[Array, " m_1"], empty: Bool[Array, " m"]) -> B
     Three on each side are looked at: farther ones count where five edges or more are in line.
 
     Args:
-        far: distances to the cuts, in order, with one before the first gap and behind the last.
+        far: squares of distances to the cuts, in order, with one number for each edge of the view.
         empty: whether a gap has no width.
     """
 

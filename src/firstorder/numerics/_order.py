@@ -1,6 +1,6 @@
-"""The order of a few numbers, and what stands next to each.
+"""The order of a few numbers, and the known one next to each place.
 
-JAX's own sort of numbers with their places costs 150 ns a number, and its running maximum 10.
+JAX's own sort of numbers with their places costs 150 ns a number.
 """
 
 from __future__ import annotations

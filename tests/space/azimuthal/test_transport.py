@@ -352,7 +352,7 @@ NOWHERE = {
 
 
 @pytest.mark.parametrize("name", NOWHERE)
-def test_traced_numbers_that_are_none_hide_nothing_and_are_nan(name):
+def test_of_traced_numbers_that_are_none_the_integral_is_nan(name):
     """Slices do not meet what is nowhere, and an open sky looks like an answer."""
 
     @jax.jit
