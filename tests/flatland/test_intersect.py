@@ -17,7 +17,6 @@ from firstorder.flatland import (
     primitive,
 )
 from firstorder.flatland._reference import reference_nearest
-from firstorder.scene import _intersect
 from tests.flatland.worlds import bean, everything
 
 RNG = np.random.default_rng(7)
@@ -31,10 +30,10 @@ def slowly():
     return reference_nearest(everything(), ORIGINS, ALONG)
 
 
-@pytest.mark.parametrize("few", [0, 16], ids=["one by one", "in one"])
+@pytest.mark.parametrize("chunk", [1, 16], ids=["one by one", "many at once"])
 @pytest.mark.parametrize("dtype", [jnp.float32, jnp.float64])
-def test_the_fast_tracer_is_its_slow_twin(slowly, dtype, few, monkeypatch):
-    monkeypatch.setattr(_intersect, "FEW", few)
+def test_the_fast_tracer_is_its_slow_twin(slowly, dtype, chunk, monkeypatch):
+    monkeypatch.setattr(intersect, "_chunk", lambda groups: chunk)
     scene = everything(dtype)
     hits = jax.jit(lambda o, d: nearest(scene, o, d))(
         jnp.asarray(ORIGINS, dtype), jnp.asarray(ALONG, dtype)
@@ -52,8 +51,7 @@ def test_the_fast_tracer_is_its_slow_twin(slowly, dtype, few, monkeypatch):
 
 
 def test_blocks_and_the_rest_make_the_whole(slowly, monkeypatch):
-    monkeypatch.setattr(_intersect, "FEW", 0)
-    monkeypatch.setattr(intersect, "BLOCK", 50)
+    monkeypatch.setattr(intersect, "_block", lambda groups: 50)
     scene = everything()
     found = jax.jit(lambda o, d: intersect.first_shape(scene, o, d))(ORIGINS, ALONG)
     assert jnp.array_equal(found, slowly[1])

@@ -40,27 +40,29 @@ def by_hand(along=ALONG):
     return t
 
 
-@pytest.mark.parametrize("find", [intersect.first_by_reduction, intersect.first_by_scan])
-def test_the_nearest_shape_is_found(find):
+@pytest.mark.parametrize("chunk", [16, 4, 2, 1])
+def test_the_nearest_shape_is_found(chunk):
     t = by_hand()
     true = np.where(np.isfinite(t.min(1)), t.argmin(1), intersect.MISS)
     assert {9, 10, intersect.MISS} < set(true)
-    np.testing.assert_array_equal(find(GROUPS, RANK, (ORIGINS, ALONG, NOWHERE)), true)
+    np.testing.assert_array_equal(
+        intersect.first_of_block(GROUPS, RANK, (ORIGINS, ALONG, NOWHERE), chunk), true
+    )
 
 
 def test_blocks_do_not_change_the_answer():
     rays = ORIGINS, ALONG, NOWHERE
-    whole = intersect.first_by_scan(GROUPS, RANK, rays)
-    cut = in_blocks(lambda r: intersect.first_by_scan(GROUPS, RANK, r), rays, 32)
+    whole = intersect.first_of_block(GROUPS, RANK, rays)
+    cut = in_blocks(lambda r: intersect.first_of_block(GROUPS, RANK, r), rays, 32)
     np.testing.assert_array_equal(whole, cut)
 
 
-@pytest.mark.parametrize("few", [11, 10])
-def test_few_shapes_and_many_have_one_answer(few):
+@pytest.mark.parametrize("block", [None, 32, 7])
+def test_blocks_that_do_not_come_out_even_have_one_answer(block):
     t = by_hand()
     true = np.where(np.isfinite(t.min(1)), t.argmin(1), intersect.MISS)
     rays = ORIGINS, ALONG, NOWHERE
-    np.testing.assert_array_equal(intersect.first_shape(GROUPS, RANK, rays, 32, few), true)
+    np.testing.assert_array_equal(intersect.first_shape(GROUPS, RANK, rays, block), true)
 
 
 def test_the_distance_to_a_shape_is_that_of_the_one_that_is_asked():
@@ -82,8 +84,8 @@ def test_the_distance_to_a_shape_is_that_of_the_one_that_is_asked():
     np.testing.assert_allclose(found, np.where(on == one, np.inf, t[:, one]))
 
 
-@pytest.mark.parametrize("find", [intersect.first_by_reduction, intersect.first_by_scan])
-def test_far_surfaces_in_the_same_place_are_so_whatever_rounding_says(find):
+@pytest.mark.parametrize("chunk", [16, 4, 2, 1])
+def test_far_surfaces_in_the_same_place_are_so_whatever_rounding_says(chunk):
     """Squares of one plane 1 km away, which lie in it otherwise: the highest rank counts."""
     turn = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
     middle = 1000.0 * turn[:, 2]
@@ -95,7 +97,9 @@ def test_far_surfaces_in_the_same_place_are_so_whatever_rounding_says(find):
     rays = jnp.zeros((70, 3)), along, NOWHERE
     t = jax.vmap(lambda d: jax.vmap(lambda wall: wall.distance(rays[0][0], d, False))(walls[0]))
     assert np.any(np.ptp(np.asarray(t(along)), 1) > 0.0)  # rounding does tell them apart
-    np.testing.assert_array_equal(find(walls, jnp.arange(4, dtype=jnp.int32), rays), 3)
+    np.testing.assert_array_equal(
+        intersect.first_of_block(walls, jnp.arange(4, dtype=jnp.int32), rays, chunk), 3
+    )
 
 
 def test_a_shape_does_not_meet_its_own_rays():
@@ -103,7 +107,7 @@ def test_a_shape_does_not_meet_its_own_rays():
     true = t.argmin(1)
     t[np.arange(70), true] = np.inf
     second = np.where(np.isfinite(t.min(1)), t.argmin(1), intersect.MISS)
-    found = intersect.first_by_scan(GROUPS, RANK, (ORIGINS, ALONG, jnp.asarray(true)))
+    found = intersect.first_of_block(GROUPS, RANK, (ORIGINS, ALONG, jnp.asarray(true)))
     hit = np.isfinite(by_hand().min(1))
     np.testing.assert_array_equal(np.asarray(found)[hit], second[hit])
 

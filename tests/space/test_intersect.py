@@ -30,10 +30,12 @@ ALONG = rng.normal(size=(300, 3))
 ALONG = jnp.asarray(ALONG / np.linalg.norm(ALONG, axis=1, keepdims=True))
 
 
-def test_few_and_many_shapes_are_searched_alike(monkeypatch):
+def test_few_and_many_shapes_are_searched_alike():
+    rays, rank = (ORIGINS, ALONG, jnp.full(300, -1)), _intersect.ranks(SCENE.material.emission)
     many = first_shape(SCENE, ORIGINS, ALONG)
-    monkeypatch.setattr(_intersect, "FEW", 100)
-    np.testing.assert_array_equal(many, first_shape(SCENE, ORIGINS, ALONG))
+    for chunk in (1, 7, 100):
+        found = _intersect.first_shape(SCENE.groups, rank, rays, chunk=chunk)
+        np.testing.assert_array_equal(many, found)
     assert {-1, 24} < set(np.asarray(many).tolist())
 
 

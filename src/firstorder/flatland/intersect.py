@@ -14,7 +14,7 @@ from firstorder.numerics._batching import in_batches
 from firstorder.numerics._compiled import compiled
 from firstorder.scene import _intersect as intersect
 from firstorder.scene._arguments import rays_of
-from firstorder.scene._intersect import BLOCK, MISS
+from firstorder.scene._intersect import MISS
 
 
 class Hits(Module):
@@ -64,8 +64,7 @@ def _first_of_ranked(
     groups: tuple[Shape, ...], rank: Int[Array, " n"], rays: intersect.Rays
 ) -> Int[Array, " r"]:
     """`first_shape` of shapes whose ranks are known (`scene._intersect.ranks`)."""
-    few = 0 if _has_curves(groups) else None
-    return intersect.first_shape(groups, rank, rays, _block(groups), few)
+    return intersect.first_shape(groups, rank, rays, _block(groups), _chunk(groups))
 
 
 def _has_curves(groups: tuple[Shape, ...]) -> bool:
@@ -74,7 +73,13 @@ def _has_curves(groups: tuple[Shape, ...]) -> bool:
 
 
 def _block(groups: tuple[Shape, ...]) -> int:
-    return BLOCK // 32 if _has_curves(groups) else BLOCK
+    """Rays at a time."""
+    return 64 if _has_curves(groups) else intersect.block_of(groups)
+
+
+def _chunk(groups: tuple[Shape, ...]) -> int:
+    """Shapes at a time."""
+    return 1 if _has_curves(groups) else intersect.CHUNK
 
 
 @compiled

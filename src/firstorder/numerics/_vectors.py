@@ -83,6 +83,12 @@ def cross_apart(a: Coordinates, b: Coordinates) -> Coordinates:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
+def matvec_apart(matrix: Float[Array, "3 3"], a: Coordinates) -> Coordinates:
+    """Matrix times vectors, of coordinates."""
+    one, two, three = (dot_apart((row[0], row[1], row[2]), a) for row in matrix)
+    return one, two, three
+
+
 def norm(a: Vectors) -> Numbers:
     """Length; zero, with zero derivative, for the zero vector.
 

@@ -1,23 +1,25 @@
 """First hits of rays, in any dimension.
 
-Rays times shapes are never kept in memory. A few shapes are compared in one reduction; from
-`FEW` on, rays go in blocks that fit the cache and a scan over the shapes of each kind carries the
-nearest distance and its shape's number. The search is not differentiated: the one hit that it finds
-is computed again by the caller, so that value and gradient cost about as much as the value.
+Rays go in blocks, and shapes in chunks, so that all distances of a block to a chunk fit the
+nearest memory: each step of the search is then one loop over them, several rays at once. (A number
+that a loop over the shapes carries, such as the nearest distance so far, XLA writes where it reads
+it, and goes ray by ray: three to twenty times as slow.) The search is not differentiated: the one
+hit that it finds is computed again by the caller, so that value and gradient cost about as much as
+the value.
 
 Surfaces in the same place, such as a lamp drawn on a wall, are told apart by their ranks and not
 by rounding: of all that lie within a share `eps^(3/4)` of the distance behind the nearest hit, or
 within rounding of the coordinates, the highest counts.
 
 A group is a module that holds shapes of one kind along the leading axis of its leaves; it has
-`count` and, for one row, `distance(origin, along, own)`.
+`count` and, for one row, `prepared()`, which has `distance(origin, along, own)`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -32,12 +34,15 @@ from firstorder.scene._bands import in_any_band
 from firstorder.typing import as_array
 
 MISS = -1
-# Measured (benchmarks/bench_flatland.py): below, one reduction over all shapes wins by up to 3.
-FEW = 16
-BLOCK = 2048  # rays whose state stays in the cache
+# Measured (benchmarks/bench_flatland.py): from 8 to 32 shapes in a chunk do as well.
+CHUNK = 16
+DISTANCES = 4096  # in the nearest memory
 
 # Origins, unit directions, and the number of the shape on which each ray starts.
 Rays = tuple[Float[Array, "r d"], Float[Array, "r d"], Int[Array, " r"]]
+# The same, coordinates apart.
+Apart = tuple[Float[Array, "d r"], Float[Array, "d r"], Int[Array, " r"]]
+Tree = TypeVar("Tree")
 
 
 def ranks(emission: Float[Array, "n 2 ..."]) -> Int[Array, " n"]:
@@ -82,19 +87,17 @@ def highest(t: Float[Array, "m r"], rank: Int[Array, "m #r"], n: int) -> Int[Arr
         rank: `ranks` of what is that far.
         n: number of all shapes.
     """
-    share = tie(t.dtype)
-
-    def nearer(one, other):
-        (s, k), (t, m) = one, other
-        least = jnp.minimum(s, t)
-        within = least * (1.0 + share)
-        both = (s <= within) & (t <= within)
-        return least, either(both, jnp.maximum(k, m), either(s < t, k, m))
-
-    met = either(t < jnp.inf, rank, MISS)
-    nothing = jnp.asarray(jnp.inf, t.dtype), jnp.asarray(MISS, jnp.int32)
-    most = jax.lax.reduce((t, met), nothing, nearer, (0,))[1]
+    most = _nearest(t, rank)[1]
     return either(most < n, most, most - n)
+
+
+def _nearest(
+    t: Float[Array, "m r"], rank: Int[Array, "m #r"]
+) -> tuple[Float[Array, " r"], Int[Array, " r"]]:
+    """The least distance, and the highest rank of what is in that place; -1 for a miss."""
+    least = jnp.min(t, 0)
+    there = t <= jnp.minimum(least * (1.0 + tie(t.dtype)), jnp.finfo(t.dtype).max)
+    return least, jnp.max(either(there, rank, MISS), 0)
 
 
 def numbered(groups: Sequence[Any]) -> Iterator[tuple[Any, Int[Array, " n"]]]:
@@ -142,56 +145,88 @@ def _apart(rays):
     return origins.T, along.T, on
 
 
-def _beside(f, rays):
-    """Maps f over rays whose coordinates are apart."""
-    return jax.vmap(f, in_axes=(1, 1, 0))(*rays)
+def _prepared(groups: Sequence[Any]) -> tuple[Any, ...]:
+    """What depends on no ray, once for all of them."""
+    return tuple(jax.vmap(lambda shape: shape.prepared())(group) for group in groups)
 
 
-def first_by_reduction(groups: Sequence[Any], rank: Array, rays: Rays) -> Int[Array, " r"]:
-    """All distances at once, reduced by the compiler as they arise."""
-    apart = _apart(rays)
+def _distances(group: Any, numbers: Array, apart: Apart) -> Float[Array, "m r"]:
+    """Distances of all rays to all shapes of a group.
 
-    def meet(o, d, on):
-        found = [
-            jax.vmap(lambda shape, k: shape.distance(o, d, on == k))(group, numbers)
-            for group, numbers in numbered(groups)
-        ]
-        return jnp.concatenate(found)
+    Each is a quotient at the end, by one: that of a ray to its own shape, which is infinite, is
+    halved. XLA keeps quotients, and computes anything else anew for each reader, ray by ray.
+    """
 
-    t = jax.vmap(meet, in_axes=(1, 1, 0), out_axes=1)(*apart)
+    def one(shape, k):
+        def meet(o, d, on):
+            own = on == k
+            t = shape.distance(o, d, own)
+            return t / either(own, jnp.asarray(2.0, t.dtype), 1.0)
+
+        return jax.vmap(meet, in_axes=(1, 1, 0))(*apart)
+
+    return jax.vmap(one)(group, numbers)
+
+
+def _in_chunks(f: Callable[..., Tree], chunk: int, *of: Any) -> Tree:
+    """What f says of each chunk of shapes, in rows.
+
+    The chunks are of one size, and the last one may hold the last shape more than once.
+    """
+    count = jax.tree.leaves(of)[0].shape[0]
+    chunks = -(-count // chunk)
+    size = -(-count // chunks)
+    which = np.minimum(np.arange(chunks * size), count - 1).reshape(chunks, size)
+    return jax.lax.map(lambda each: f(*each), jax.tree.map(lambda a: a[which], of))
+
+
+def _of_chunks(f: Callable[..., Array], groups: Sequence[Any]) -> Array:
+    """What f says of groups of at most `CHUNK` shapes, and of chunks of larger ones, in rows."""
+    rows = [
+        _in_chunks(f, CHUNK, *pair) if pair[0].count > CHUNK else f(*pair)[None]
+        for pair in numbered(groups)
+    ]
+    return jnp.concatenate(rows)
+
+
+def first_of_block(
+    groups: Sequence[Any], rank: Array, rays: Rays, chunk: int = CHUNK
+) -> Int[Array, " r"]:
+    """The search for all rays at once, and for a chunk of shapes.
+
+    Args:
+        groups: the shapes.
+        rank: `ranks` of them.
+        rays: one block.
+        chunk: shapes at a time.
+    """
+    apart, n = _apart(rays), rank.shape[0]
     # So much longer that a share of them is above rounding.
-    t = t + rounding(rays[0]) / tie(t.dtype)
-    return highest(t, rank[:, None], rank.shape[0])
+    more = rounding(rays[0]) / tie(rays[0].dtype)
 
+    def candidates(group, numbers, rank):
+        return _distances(group, numbers, apart) + more, rank[:, None]
 
-def first_by_scan(groups: Sequence[Any], rank: Array, rays: Rays) -> Int[Array, " r"]:
-    """Shape after shape against all rays."""
-    apart = _apart(rays)
-    share, slack, count = 1.0 + tie(apart[0].dtype), rounding(rays[0]), apart[2].shape
+    def nearest(*of):
+        return _nearest(*candidates(*of))
 
-    def meet(carry, here):
-        (reach, most), (shape, k, rank) = carry, here
-        t = _beside(lambda o, d, on: shape.distance(o, d, on == k), apart)
-        return (jnp.minimum(reach, share * t + slack), either(t <= reach, rank, most)), None
-
-    found = []
+    found, first = [], 0
     for group, numbers in numbered(groups):
-        # The highest come last and take what is in the same place.
-        order = jnp.argsort(rank[numbers])
-        each = jax.tree.map(lambda a, order=order: a[order], (group, numbers, rank[numbers]))
-        # No miss is as near as this.
-        reach = jnp.full(count, jnp.finfo(apart[0].dtype).max, apart[0].dtype)
-        found.append(jax.lax.scan(meet, (reach, jnp.full(count, MISS, jnp.int32)), each)[0])
-    reach, most = (jnp.stack(a) for a in zip(*found, strict=True))
-    return highest(either(most == MISS, jnp.inf, reach), most, rank.shape[0])
+        of = group, numbers, rank[first : first + group.count]
+        many = group.count > chunk
+        found.append(_in_chunks(nearest, chunk, *of) if many else candidates(*of))
+        first += group.count
+    width = max(most.shape[1] for _, most in found)  # 1, or that of the rays
+    most = [jnp.broadcast_to(most, (len(most), width)) for _, most in found]
+    return highest(jnp.concatenate([t for t, _ in found]), jnp.concatenate(most), n)
 
 
 def first_shape(
     groups: Sequence[Any],
     rank: Int[Array, " n"],
     rays: Rays,
-    block: int = BLOCK,
-    few: int | None = None,
+    block: int | None = None,
+    chunk: int = CHUNK,
 ) -> Int[Array, " r"]:
     """Number of the shape that each ray meets first, -1 for none. It has no derivative.
 
@@ -199,17 +234,21 @@ def first_shape(
         groups: the shapes.
         rank: which of them counts, where several are in the same place: `ranks`.
         rays: with their leading axis.
-        block: rays at a time, where shapes are many.
-        few: so many shapes are compared in one reduction; `FEW`, if left out.
+        block: rays at a time; so many that the distances fit the nearest memory, if left out.
+        chunk: shapes of one kind at a time.
     """
-    groups, rays = jax.lax.stop_gradient((tuple(groups), rays))
-    if sum(group.count for group in groups) <= (FEW if few is None else few):
-        return first_by_reduction(groups, rank, rays)
+    groups, rays = jax.lax.stop_gradient((_prepared(groups), rays))
+    size = block_of(groups, chunk) if block is None else block
 
     def search(groups, rank, rays):
-        return in_blocks(partial(first_by_scan, groups, rank), rays, block)
+        return in_blocks(lambda rays: first_of_block(groups, rank, rays, chunk), rays, size)
 
     return one_list(lambda fixed, rays: search(*fixed, rays))((groups, rank), rays)
+
+
+def block_of(groups: Sequence[Any], chunk: int = CHUNK) -> int:
+    """So many rays that their distances to chunks of all groups fit the nearest memory."""
+    return max(64, DISTANCES // sum(min(group.count, chunk) for group in groups))
 
 
 def reached(groups: Sequence[Any], number: Int[Array, "*#r"], rays: Rays) -> Float[Array, " r"]:
@@ -238,7 +277,7 @@ def free_ways(
     """Distance to what k rays from each of n places meet first, infinity for nothing.
 
     In units of each direction's length. It has no derivative. Which shape is met is not asked, and
-    of surfaces in the same place any counts; so this costs a twentieth of the first hits.
+    of surfaces in the same place any counts; so this costs half of the first hits.
 
     Args:
         groups: the shapes.
@@ -246,23 +285,25 @@ def free_ways(
         along: their directions of any length, coordinates apart.
         on: number of the shape on which each place lies, or -1.
     """
-    groups, origins, along = jax.lax.stop_gradient((tuple(groups), origins, tuple(along)))
-    toward = jnp.stack(jnp.broadcast_arrays(*along))  # (d, n or 1, k)
-    shape_ = jnp.broadcast_shapes((len(origins), 1), toward.shape[1:])
+    groups, origins, along = jax.lax.stop_gradient((_prepared(groups), origins, tuple(along)))
+    d = origins.shape[1]
+    toward = jnp.stack(jnp.broadcast_arrays(*along), -1)  # (n or 1, k, d)
+    toward = jnp.broadcast_to(toward, (len(origins), *toward.shape[1:]))
+    k = toward.shape[1]
+    starts = jnp.broadcast_to(origins[:, None], toward.shape)
+    rays = starts.reshape(-1, d), toward.reshape(-1, d), jnp.repeat(on, k)
+    free = in_blocks(partial(_free_of_block, groups), rays, block_of(groups))
+    return free.reshape(-1, k)
 
-    def meet(free, here):
-        shape, k = here
-        each = jax.vmap(shape.distance, (None, 1, None))
-        own = on == k
-        t = jax.vmap(each, (0, 1, 0))(
-            origins, jnp.broadcast_to(toward, (len(toward), *shape_)), own
-        )
-        return jnp.minimum(free, t), None
 
-    free = jnp.full(shape_, jnp.inf, origins.dtype)
-    for pair in numbered(groups):
-        free, _ = jax.lax.scan(meet, free, pair)
-    return free
+def _free_of_block(groups: Sequence[Any], rays: Rays) -> Float[Array, " r"]:
+    """Distances to what rays meet first."""
+    apart = _apart(rays)
+
+    def least(group, numbers):
+        return jnp.min(_distances(group, numbers, apart), 0)
+
+    return jnp.min(_of_chunks(least, groups), 0)
 
 
 def any_hit(
@@ -293,18 +334,14 @@ def any_hit(
         n = rank.shape[0]
         least = either(on_end == MISS, 2 * n, jnp.maximum(rank[on_end], n - 1))
 
-    def meet(blocked, here):
-        shape, k = here
-        t = _beside(lambda o, d, on: shape.distance(o, d, on == k), apart)
+    def blocked(group, numbers):
+        k = numbers[:, None]
         before = length * either(on_end == k, jnp.full_like(length, its_own), others) + slack
         if rank is not None and least is not None:
             before = either(rank[k] > least, -before, before)
-        return blocked | (t < length - before), None
+        return jnp.any(_distances(group, numbers, apart) < length - before, 0)
 
-    blocked = jnp.zeros(length.shape, bool)
-    for pair in numbered(groups):
-        blocked, _ = jax.lax.scan(meet, blocked, pair)
-    return blocked
+    return jnp.any(_of_chunks(blocked, groups), 0)
 
 
 def occluded(
@@ -314,7 +351,7 @@ def occluded(
     b: Float[Array, "r d"],
     on_a: ArrayLike = MISS,
     on_b: ArrayLike = MISS,
-    block: int = BLOCK,
+    block: int | None = None,
 ) -> Bool[Array, " r"]:
     """Whether something stands between two points. It has no derivative.
 
@@ -322,7 +359,7 @@ def occluded(
     all others count up to `eps^(3/4)` of it, and both but for the rounding of the coordinates.
     Of shapes in one place with the end, those of a higher rank (`ranks`) that shine hide it.
     """
-    groups, a, b = jax.lax.stop_gradient((groups, a, b))
+    groups, a, b = jax.lax.stop_gradient((_prepared(groups), a, b))
     way = b - a
     length = jnp.sqrt(jnp.sum(way * way, -1))
     along = way / either(length == 0.0, 1.0, length)[:, None]
@@ -334,5 +371,6 @@ def occluded(
         start, along, on_a, on_b, length = rays
         return any_hit(*fixed, (start, along, on_a), on_b, length, near_end)
 
-    search = one_list(lambda fixed, rays: in_blocks(partial(find, fixed), rays, block))
-    return search((tuple(groups), rank), (a, along, on_a, on_b, length))
+    size = block_of(groups) if block is None else block
+    search = one_list(lambda fixed, rays: in_blocks(partial(find, fixed), rays, size))
+    return search((groups, rank), (a, along, on_a, on_b, length))

@@ -74,9 +74,16 @@ class Shape(Module):
         point there is not a hit.
         """
 
+    def prepared(self) -> Any:
+        """The shapes as searches ask for their `distance`: what depends on no ray is found once."""
+        return self
+
     def distance(self, origin: Point, along: Point, on: Bool[Array, ""]) -> Float[Array, ""]:
         """The distance of `hit` alone, for searches."""
-        return self.hit(origin, along, on)[0]
+        prepared = self.prepared()
+        if prepared is self:
+            return self.hit(origin, along, on)[0]
+        return prepared.distance(origin, along, on)
 
     def front(self, origin: Point, along: Point, on: Bool[Array, ""]) -> Bool[Array, ""]:
         """Whether a ray that meets the shape meets the side that the normal is on."""

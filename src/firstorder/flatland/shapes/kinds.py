@@ -29,6 +29,7 @@ from firstorder._argument_checks import (
 from firstorder.conventions import direction
 from firstorder.flatland.shapes._base import Point, Shape, column, rows, same, spread, stack
 from firstorder.flatland.shapes._fourier import MOST_TANGENTS, CurveRoots
+from firstorder.flatland.shapes._prepared import PreparedArcs, PreparedEllipses
 from firstorder.flatland.shapes._unit_circle import (
     SLACK,
     on_circle,
@@ -293,15 +294,19 @@ class Arcs(Shape):
         turned = (angle - self.start) * jnp.sign(self.sweep)
         return jnp.mod(turned, 2.0 * jnp.pi) / jnp.abs(self.sweep)
 
+    def prepared(self):
+        """With the directions of both ends."""
+        ends = jnp.stack([direction(self.start), direction(self.start + self.sweep)])
+        return PreparedArcs(self.center, self.radius, ends, self.sweep)
+
     def hit(self, origin, along, on):
-        """The nearer root that lies on the arc."""
-        w, d = (origin - self.center) / self.radius, along / self.radius
-        found, at = jnp.full((), jnp.inf, w.dtype), jnp.zeros((), w.dtype)
-        for t, there, nearly in reversed(unit_circle_roots(w, d, on)):
-            s = self._parameter(w + jnp.where(nearly, t, 0.0) * d, nearly)
-            take = there & (s <= 1.0)
-            found, at = jnp.where(take, t, found), jnp.where(take, s, at)
-        return found, at
+        """The nearer crossing of the circle that lies on the arc."""
+        over, under, there, nearly = self.prepared().crossing(origin, along, on)
+        t = jnp.where(nearly, over, 0.0) / under
+        s = self._parameter((origin + t * along - self.center) / self.radius, nearly)
+        # Beside an end by rounding, s is that of the end.
+        s = jnp.where(s <= 1.0, s, jnp.where(s < 0.5 + jnp.pi / jnp.abs(self.sweep), 1.0, 0.0))
+        return jnp.where(there, t, jnp.inf), jnp.where(there, s, 0.0)
 
     def silhouettes(self, p, on):
         """The two ends, and those points of tangency that lie on the arc."""
@@ -382,6 +387,12 @@ class Ellipses(Shape):
         t, nearly = jnp.where(one, near, far), one | other
         h = w + jnp.where(nearly, t, 0.0) * d
         return jnp.where(first | last, t, jnp.inf), turns(h, nearly)
+
+    def prepared(self):
+        """With the matrix into the frame of the unit circle."""
+        c, s = jnp.cos(self.tilt), jnp.sin(self.tilt)
+        turn = jnp.stack([jnp.stack([c, s]), jnp.stack([-s, c])])
+        return PreparedEllipses(self.center, turn / self.semi[:, None])
 
     def front(self, origin, along, on):
         """From outside."""

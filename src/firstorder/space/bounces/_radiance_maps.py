@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from typing import ClassVar, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -23,7 +22,7 @@ from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_count
 from firstorder._display import Module
-from firstorder.numerics._vectors import inverse_3x3, unit
+from firstorder.numerics._vectors import inverse_3x3, matvec_apart, unit
 from firstorder.scene._bands import by_band
 from firstorder.scene._intersect import MISS, ranks, rounding, tie
 from firstorder.space.scene import Scene
@@ -183,14 +182,10 @@ def _asked(shape: Shape, kind: str, first: Array, origin: Coordinates, along: Co
     """Distance to one shape, and (place, seen normal, face) there."""
     turn = inverse_3x3(shape.axes)
 
-    def canonical(v):
-        return [turn[i, 0] * v[0] + turn[i, 1] * v[1] + turn[i, 2] * v[2] for i in range(3)]
-
-    o = canonical([a - shape.center[i] for i, a in enumerate(origin)])
-    d = canonical(along)
-    over = eqx.filter_vmap(lambda o, d: shape.canonical_distance(o, d), in_axes=-1)
+    x, y, z = (a - shape.center[i] for i, a in enumerate(origin))
+    o, d = matvec_apart(turn, (x, y, z)), matvec_apart(turn, along)
     size = along[0].shape
-    t = over(*(jnp.stack(jnp.broadcast_arrays(*v)).reshape(3, -1) for v in (o, d))).reshape(size)
+    t = jnp.broadcast_to(shape.canonical_distance(o, d), size)
     hit = jnp.isfinite(t) & (t > 0.0)
     x, y, z = (a + jnp.where(hit, t, 0.0) * b for a, b in zip(o, d, strict=True))
     s, up, face, n = place_on_face(kind, x, y, z)

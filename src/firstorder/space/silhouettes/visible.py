@@ -25,7 +25,7 @@ from firstorder.numerics._batching import in_blocks
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._select import either
-from firstorder.numerics._vectors import cross, dot, rows
+from firstorder.numerics._vectors import apart, cross, dot, rows
 from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._intersect import MISS, highest, ranks
 from firstorder.space.receiver import Receiver
@@ -350,7 +350,7 @@ def _ask(found: _Outlines, eye: Array, turn: Array, w: Float[Array, "r 3"]):
     """
     along = jnp.einsum("nij,rj->nri", turn, w)
     distances = [
-        jax.vmap(jax.vmap(kind.canonical_distance, (None, 0)))(e, d)
+        kind.canonical_distance(apart(e[:, None]), apart(d))
         for (kind, _), e, d in zip(found.kinds, found.apart(eye), found.apart(along), strict=True)
     ]
     t = found.unit[:, None] * jnp.concatenate(distances)
