@@ -1,4 +1,4 @@
-"""D05 §7: where relief is geometry, bumps, or a BRDF, and the light at the bottom of pits.
+"""D05 §7: where relief is geometry, bumps, or a BRDF, and the light in pits.
 
 The paper asks for "the frequency cutoff for micro, meso, and macro-geometry effects" and for local
 shadowing, and has neither. Ours: waves of a mirror, seen from afar at 0.5 rad by pixels of 5 mm
@@ -11,6 +11,12 @@ the waves one by one (dots); above the grey line waves shadow themselves. (b) er
 A BRDF of all normals alike forgets that the eye sees more of the sides that face it. (d) the light
 of a uniform sky at the bottom of pits: exact, and by gratings that stand for their walls. (e) what
 leaks through such walls, and its bound. (f) rays that the eye sends to four places of the base.
+(g) in space: patterns of three waves in periods of any angle, seen from anywhere, in waves of light
+of frequencies and directions at random, each along the ray that it errs most for: errors by rays,
+and bounds of any shape. (h) how far a facet turns the mirror, by the azimuth of its slope from the
+plane of incidence: the formula, and rays (dots). (i) relief that lights itself: grooves with walls
+0.6 rad from upright, of mirrors and rough ones (albedo 0.9), seen from 0.25 rad, solved for
+forwards; pixels have half a groove as standard deviation.
 """
 
 from __future__ import annotations
@@ -20,6 +26,7 @@ import numpy as np
 from matplotlib.ticker import NullLocator
 
 from derivations.bandwidth import _relief_rays as rays
+from figures.d05.shared import relief_space as space
 from figures.style import Drawing
 from figures.verdicts import OURS, Measurement, Statement, at_most
 from firstorder import plotting
@@ -49,7 +56,7 @@ def draw(quick: bool) -> Drawing:
     errors, bounds = _scan(f, slope, u)
     x = 0.5 * OPEN * PERIOD * np.linspace(-0.99, 0.99, 21 if quick else 81)
     exact, behind = _pits(x, 4000 if quick else 40_000)
-    figure, axes = plotting.panels(2, 3, 3.5, 2.8)
+    figure, axes = plotting.panels(3, 3, 3.5, 2.8)
     true = [_crossing(f, slope, e) for e in errors]
     cut = _cutoffs(f)
     _draw_map(axes[0, 0], f, cut, true)
@@ -63,10 +70,24 @@ def draw(quick: bool) -> Drawing:
     axes[0, 2].legend()
     _draw_pits(axes[1], x, exact, behind)
     _draw_rays(axes[1, 2])
+    beyond, more = _beyond_waves(axes[2], quick)
     arrays = {"f": f, "slope": slope, "errors": errors, "bounds": bounds, "x": x, "exact": exact}
     arrays |= {f"sheets_{n}": E for n, E in behind.items()}
-    claims = _claims(f, errors, bounds, cut, true, highlight) + _pit_claims(exact, behind)
+    arrays |= beyond
+    claims = _claims(f, errors, bounds, cut, true, highlight) + _pit_claims(exact, behind) + more
     return Drawing(figure, arrays, claims, size=f"{f.size} x {slope.size} waves, {u.size} places")
+
+
+def _beyond_waves(axes, quick: bool):
+    """Arrays and claims of relief in space, and of relief that lights itself."""
+    patterns = space.patterns(30 if quick else 300)
+    errors, bounds = patterns["space_errors"], patterns["space_bounds"]
+    mirror, grooves = space.mirror(41), space.grooves(*(9, 64) if quick else (25, 512))
+    space.draw_patterns(axes[0], errors, bounds)
+    space.draw_mirror(axes[1], mirror)
+    space.draw_grooves(axes[2], grooves)
+    claims = space.pattern_claims(errors, bounds) + space.groove_claims(grooves)
+    return patterns | mirror | grooves, claims
 
 
 # --- waves ---------------------------------------------------------------------------------------

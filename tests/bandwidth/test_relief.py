@@ -15,7 +15,6 @@ from firstorder.bandwidth import (
     relief_cutoffs,
     relief_transfer,
 )
-from firstorder.bandwidth.relief import _sinh_over
 
 U = np.linspace(0.0, 1.0, 801)  # of a period
 
@@ -106,37 +105,6 @@ def test_parallax_changes_what_a_pixel_gets_in_second_order_only():
     assert abs(np.log2(found[1] / found[0]) - 2.0) < 0.05
     table = {name: np.full(2, value) for name, value in c.items()} | {"a": heights}
     assert np.all(found <= bound(brdf_relief_error, table, width=0.05))
-
-
-def test_the_transfer_is_the_mean_of_exact_rays():
-    for c in rows(configurations(20, 4)):
-        slope = 2.0 * np.pi * c["f"] * c["a"]
-        if slope * abs(np.tan(c["view"])) < 0.5:  # beyond, the mean converges more slowly in u
-            ours = relief_transfer(c["B"], slope, c["view"])
-            assert abs(complex(ours) - mean_light(c)) < 1e-9
-
-
-def test_the_transfer_of_shallow_waves_is_bessels():
-    Omega, m, view = np.array([0.3, 40.0, 400.0]), 1e-3, 0.8
-    z = 4.0 * np.pi * Omega * m
-    expected = jv(0, z) + 1j * m * np.tan(view) * jv(1, z)
-    np.testing.assert_allclose(
-        relief_transfer(Omega, m, view), expected, rtol=0.0, atol=z[-1] * m**2
-    )
-
-
-@pytest.mark.parametrize("slope", [3.0, 10.0, 1e3])
-def test_the_transfer_of_steep_waves_is_that_of_close_places(slope):
-    """Between places that lie as a power of the distance to where the normal turns."""
-    Omega, view = 150.0 / (4.0 * np.pi * np.arctan(slope)), 0.5 / slope
-    near = np.geomspace(1e-9, 0.5 * np.pi, 200)
-    ends = np.concatenate([0.5 * np.pi - near[::-1], 0.5 * np.pi + near])
-    x, w = np.polynomial.legendre.leggauss(16)
-    half = 0.5 * np.diff(ends)[:, None]
-    rise = slope * np.cos(ends[:-1, None] + half * (1.0 + x))
-    seen = 1.0 + rise * np.tan(view)
-    mean = np.sum(half * w * seen * np.exp(4j * np.pi * Omega * np.arctan(rise))) / np.pi
-    assert abs(relief_transfer(Omega, slope, view) - mean) < 1e-7
 
 
 def test_all_normals_alike_are_wrong_by_the_slope_however_fine_the_waves():
@@ -279,8 +247,3 @@ def test_nothing_limits_waves_under_light_that_is_the_same_everywhere():
 def test_the_end_of_an_open_range_is_refused_as_what_is_beyond(name, call):
     with pytest.raises(ValueError, match=f"Argument `{name}` must"):
         call()
-
-
-@pytest.mark.parametrize("x", [1e-3, 0.0999, 0.1001, 2.0])
-def test_the_series_of_sinh_goes_on_as_sinh(x):
-    np.testing.assert_allclose(_sinh_over(jnp.asarray(x)), np.sinh(x) / x, rtol=1e-14)

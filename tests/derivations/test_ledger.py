@@ -58,6 +58,7 @@ ONE_ROUTE = {
     "D05.s5.2i": "a map or a form: the normals of a ball",
     "C.bandwidth.slope": "a number of changes: counted",
     "C.bandwidth.density": "an optimum: searched",
+    "C.relief.pits": "rays between mirrors: traced",
     "C.radiosity.corner": "an exponent: fitted to the solution",
     "C.radiosity.energy": "a balance of fluxes: summed",
     "C.refraction.energy": "a balance of fluxes: summed",

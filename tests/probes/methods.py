@@ -43,6 +43,11 @@ def blocked(s):
     return bandwidth.blocker_distance(scene, start, along, jnp.array([-1]))
 
 
+def relief(s):
+    """Dents in rows."""
+    return bandwidth.Relief(0.01 * s, 0.1 * s, s, 9.0, 8.0 + s, rms_slope=0.05 * s)
+
+
 PROBES = {
     "sampling.CosineDirections": lambda s: (
         sampling.CosineDirections().sample(s),
@@ -131,6 +136,43 @@ PROBES = {
         0.01 * s, 9.0, s, s, width=0.1 * s, view=s, reach=s
     ),
     "bandwidth.relief_transfer": lambda s: jnp.abs(bandwidth.relief_transfer(s, 0.1 * s, s)),
+    "bandwidth.Relief": lambda s: (
+        relief(s).rms_slope,
+        bandwidth.Relief.waves(s, s).curvature,
+        bandwidth.Relief.of(jnp.stack([0.0 * s, s, -s, 0.5 * s]), 1.0).slope,
+    ),
+    "bandwidth.flat_shape_error": lambda s: bandwidth.flat_shape_error(
+        relief(s), s, s, view=0.1 * s, reach=0.5
+    ),
+    "bandwidth.bump_shape_error": lambda s: bandwidth.bump_shape_error(
+        relief(s), s, s, view=0.1 * s, reach=0.5
+    ),
+    "bandwidth.brdf_shape_error": lambda s: bandwidth.brdf_shape_error(
+        relief(s), s, s, width=0.1 * s, view=0.1 * s, reach=0.5
+    ),
+    "bandwidth.shape_cutoffs": lambda s: tuple(
+        bandwidth.shape_cutoffs(0.1 * s, relief(s), s, s, width=s, view=0.1 * s, reach=0.5)
+    ),
+    "bandwidth.shape_transfer": lambda s: jnp.abs(
+        bandwidth.shape_transfer(s, jnp.stack([0.1 * s, -0.2 * s]), 0.3 * s)
+    ),
+    "bandwidth.shape_transfer_in_space": lambda s: jnp.abs(
+        bandwidth.shape_transfer_in_space(
+            jnp.stack([s, 2.0, 1.0]),
+            jnp.stack([jnp.stack([0.1 * s, 0.2]), -jnp.ones(2) * s]),
+            jnp.stack([0.6, 0.0 * s, 0.8]),
+        )
+    ),
+    "bandwidth.PitCutoffs": lambda s: bandwidth.PitCutoffs(s, s, s).brdf,
+    "bandwidth.pit_texture_error": lambda s: bandwidth.pit_texture_error(
+        0.1 * s, s, albedo=0.5 * s
+    ),
+    "bandwidth.pit_brdf_error": lambda s: bandwidth.pit_brdf_error(
+        0.1 * s, 9.0, s, width=0.1 * s, albedo=0.5 * s, share=0.5 * s
+    ),
+    "bandwidth.pit_cutoffs": lambda s: tuple(
+        bandwidth.pit_cutoffs(0.1 * s, 9.0, s, width=s, albedo=0.5 * s)
+    ),
     "bandwidth.glossy_criterion": lambda s: bandwidth.glossy_criterion(s, s, s, s),
     "reconstruction.hermite_basis": lambda s: reconstruction.hermite_basis(s, 3),
     "reconstruction.interpolation_error": lambda s: reconstruction.interpolation_error(s, s, 2),

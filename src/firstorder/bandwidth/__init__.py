@@ -13,6 +13,12 @@ from firstorder.bandwidth.curved_mirror import (
     occluded_bandwidth,
     occluded_criterion,
 )
+from firstorder.bandwidth.pits import (
+    PitCutoffs,
+    pit_brdf_error,
+    pit_cutoffs,
+    pit_texture_error,
+)
 from firstorder.bandwidth.pixel_rates import (
     blocker_distance,
     diffuse_bandwidth_map,
@@ -23,12 +29,23 @@ from firstorder.bandwidth.pixel_rates import (
     sampling_density,
 )
 from firstorder.bandwidth.relief import (
-    ReliefCutoffs,
     brdf_relief_error,
     bump_relief_error,
     flat_relief_error,
     relief_cutoffs,
+)
+from firstorder.bandwidth.relief_brdf import (
     relief_transfer,
+    shape_transfer,
+    shape_transfer_in_space,
+)
+from firstorder.bandwidth.relief_numbers import Relief
+from firstorder.bandwidth.relief_shapes import (
+    ReliefCutoffs,
+    brdf_shape_error,
+    bump_shape_error,
+    flat_shape_error,
+    shape_cutoffs,
 )
 from firstorder.bandwidth.screen_space import (
     PixelDifferences,
@@ -64,4 +81,15 @@ __all__ = [
     "bump_relief_error",
     "brdf_relief_error",
     "relief_transfer",
+    "Relief",
+    "shape_cutoffs",
+    "flat_shape_error",
+    "bump_shape_error",
+    "brdf_shape_error",
+    "shape_transfer",
+    "shape_transfer_in_space",
+    "PitCutoffs",
+    "pit_cutoffs",
+    "pit_texture_error",
+    "pit_brdf_error",
 ]

@@ -101,6 +101,15 @@ def test_an_arc_ends_where_its_sweep_does():
             np.testing.assert_allclose(found, [np.inf, 2.0])
 
 
+def test_a_sweep_of_a_whole_turn_leaves_no_gap():
+    """Nor does one that is longer than that by rounding."""
+    for more in (0.0, 9e-7):
+        angle = 0.5 + more / 2.0 + np.array([0.0, np.pi, -1e-7])
+        along = np.stack([-np.sin(angle), np.cos(angle)], -1)
+        arc = Arcs((0.0, 0.0), 2.0, 0.5, 2.0 * np.pi + more)
+        np.testing.assert_allclose(distances(arc, np.zeros((3, 2)), along)[0], 2.0)
+
+
 def test_a_hit_beside_an_end_is_at_that_end():
     """By rounding a place beside an end has no parameter, or that of the other one."""
     arc, eye = Arcs((0.1, 0.7), 0.9, 0.5, 1.3), np.array([0.35, -1.2])
