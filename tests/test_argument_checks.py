@@ -18,6 +18,7 @@ from firstorder._argument_checks import (
     check_positive,
     check_shape,
     is_concrete,
+    nan_by_all,
     nan_unless,
 )
 from firstorder.errors import Refused
@@ -141,3 +142,50 @@ def test_keys_of_random_numbers_of_either_kind_pass_and_seeds_do_not():
     for seed in (0, np.int32(0), np.zeros(2), None):
         with pytest.raises(TypeError, match=r"^Argument `key` must be a key of random numbers"):
             check_key("key", seed)
+
+
+@pytest.mark.parametrize("derivative", [jax.grad, jax.jacfwd, jax.hessian])
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_derivative_of_what_is_nan_is_nan(derivative, compiled):
+    found = derivative(lambda x: nan_unless(x > 0.0, x**3))
+    found = jax.jit(found) if compiled else found
+    assert jnp.isnan(found(-1.0))
+    assert found(2.0) == 12.0
+
+
+@pytest.mark.parametrize("derivative", [jax.grad, jax.jacfwd])
+def test_what_is_masked_leaves_its_neighbours_their_derivatives(derivative):
+    def total(x):
+        known = x > 0.0
+        return jnp.sum(jnp.where(known, nan_unless(known, x**3), 0.0))
+
+    x = jnp.array([-1.0, 2.0, 3.0])
+    assert derivative(total)(x).tolist() == [0.0, 12.0, 27.0]
+    assert jnp.diag(jax.hessian(total)(x)).tolist() == [0.0, 12.0, 18.0]
+
+
+def test_one_of_many_that_is_nan_spoils_itself_alone():
+    def total(x):
+        return jnp.sum(nan_unless(x > 0.0, x**2))
+
+    x = jnp.array([-1.0, 2.0])
+    np.testing.assert_array_equal(jax.grad(total)(x), [np.nan, 4.0])
+    np.testing.assert_array_equal(jax.vmap(jax.grad(total))(x), [np.nan, 4.0])
+
+
+@pytest.mark.parametrize("derivative", [jax.grad, jax.jacfwd])
+def test_an_answer_that_masks_cut_off_still_has_nan_derivatives(derivative):
+    def masked(x, y):
+        found = jnp.where(x > 0.0, x * y, jnp.nan)
+        return nan_by_all(found, {"x": x, "y": (y,), "n": 3})
+
+    assert derivative(masked)(2.0, 3.0) == 3.0
+    assert jnp.isnan(derivative(masked)(-2.0, 3.0))
+    assert jnp.isnan(derivative(masked, 1)(-2.0, 3.0))
+    assert derivative(lambda x: jnp.where(x > 0.0, masked(x, 3.0), 0.0))(-2.0) == 0.0
+    assert jnp.isnan(jax.jvp(masked, (-2.0, 3.0), (1.0, -1.0))[1])  # and so if changes cancel
+
+
+def test_without_a_tracer_nothing_is_done():
+    x = jnp.array([1.0, jnp.nan])
+    np.testing.assert_array_equal(nan_by_all(x, (x, 3)), x)

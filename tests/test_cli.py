@@ -377,3 +377,11 @@ def test_a_reader_that_stops_is_no_error(command):
     os.close(writing)
     assert done.stderr == ""
     assert done.returncode == 1
+
+
+def test_a_python_file_that_is_none_is_said_with_its_line(tmp_path, capsys):
+    source = tmp_path / "mine.py"
+    source.write_text("x = 1\ndef (:\n")
+    for command in ("explain", "check"):
+        assert main([command, str(source)]) == 2
+        assert capsys.readouterr().err == "mine.py, line 2: invalid syntax.\n"

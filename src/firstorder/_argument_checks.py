@@ -246,10 +246,78 @@ def check_invertible(name: str, M: Any) -> None:
 
 
 def nan_unless(ok: Any, x: Any) -> Any:
-    """`x` where `ok`, NaN elsewhere: an invalid traced input never looks like an answer."""
-    if is_concrete((ok, x)) and np.all(np.asarray(ok)):
-        return x
+    """`x` where `ok`, NaN elsewhere: an invalid traced input never looks like an answer.
+
+    Nor does a derivative: one that is not zero is NaN there. A number that `jnp.where` masks
+    afterwards gives nothing to derivatives, and leaves those of its neighbours as they are: its
+    cotangent is zero, and zero stays zero, which a product with NaN would not do.
+    """
+    if is_concrete((ok, x)):
+        return x if np.all(np.asarray(ok)) else jnp.where(ok, x, jnp.nan)
+    return _nan_unless(ok, x)
+
+
+@jax.custom_jvp
+def _nan_unless(ok: Any, x: Any) -> Any:
+    if jnp.shape(ok) == jnp.shape(x) and getattr(x, "dtype", np.dtype(int)).kind == "f":
+        return jax.lax.select(ok, x, jnp.full_like(x, jnp.nan))  # `where` in fewer equations
     return jnp.where(ok, x, jnp.nan)
+
+
+@_nan_unless.defjvp
+def _nan_unless_jvp(primals, tangents):
+    ok, x = primals
+    made = _nan_unless(ok, x)
+    change = jnp.broadcast_to(tangents[1], made.shape)
+    return made, jax.lax.select(jnp.broadcast_to(ok, made.shape), change, _lost(change))
+
+
+def _lost(change: Array) -> Array:
+    """NaN for every change of a number that is NaN, and zero for none, forwards and backwards.
+
+    JAX must take it for linear, which `custom_linear_solve` promises of what it solves.
+    """
+
+    def solve(_, b):
+        return jax.lax.select(b == 0.0, b, jnp.full_like(b, jnp.nan))
+
+    return jax.lax.custom_linear_solve(lambda a: a, change, solve, symmetric=True)
+
+
+def nan_by_all(x: Any, of: Any) -> Any:
+    """`x`, whose derivatives by all numbers of a tree are NaN where it is NaN itself.
+
+    For an answer that masks have cut off from what made it NaN, so that it would not seem to change
+    with that: a scene whose shapes cross, a receiver without a normal. As in `nan_unless`, what is
+    masked afterwards gives nothing.
+    """
+    numbers = [a for a in jax.tree.leaves(of) if isinstance(a, Tracer)]
+    return _nan_by_all(x, [a for a in numbers if jnp.issubdtype(a.dtype, jnp.inexact)])
+
+
+@jax.custom_jvp
+def _nan_by_all(x: Any, numbers: Any) -> Any:
+    del numbers
+    return x
+
+
+def _nan_by_all_jvp(primals, tangents):
+    x, numbers = primals
+    made = _nan_by_all(x, numbers)
+    given = [t for t in jax.tree.leaves(tangents, is_leaf=_is_zero) if not _is_zero(t)]
+    if not given:
+        return made, jnp.zeros_like(made)
+    every = jnp.concatenate([jnp.ravel(t).astype(made.dtype) for t in given])
+    lost = jnp.sum(_lost(every))  # one by one: changes may cancel
+    change = jnp.zeros_like(made) if _is_zero(tangents[0]) else tangents[0]
+    return made, jax.lax.select(made == made, change, jnp.broadcast_to(lost, made.shape))
+
+
+_nan_by_all.defjvp(_nan_by_all_jvp, symbolic_zeros=True)
+
+
+def _is_zero(t: Any) -> bool:
+    return isinstance(t, jax.custom_derivatives.SymbolicZero)
 
 
 def traced_nan_unless(ok: Callable[[Any], Any], x: Any) -> Any:

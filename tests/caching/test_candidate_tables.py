@@ -3,6 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder import caching
 from firstorder.caching import candidate_tables
 from firstorder.caching.candidate_tables import gather_directions, tabulate_candidates
 from firstorder.checks.statistics import LEVEL
@@ -15,7 +16,7 @@ from firstorder.space.estimators._irradiance_forms import (
     surface_area_estimate,
 )
 from firstorder.space.estimators.strata import Strata
-from firstorder.space.library import _scenes
+from firstorder.space.library import _scenes, j12_box
 from firstorder.space.receiver import receiver
 from tests.samplers import disc_place, uniform_p_value
 
@@ -177,3 +178,31 @@ def test_a_lamp_of_many_strips_is_a_lamp(strips):
     wx, wy, wz = given.directions[0].astype(float)
     hit = (np.abs(0.3 + wx / wz) < 1.0) & (np.abs(0.2 + wy / wz) < 1.0)
     assert found.E[0] == pytest.approx(np.pi * np.mean(hit), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"on": 99}, "`on` must be the number of a shape"),
+        ({"on": -1}, "`on` must be the number of a shape"),
+        ({"position": np.zeros(2)}, "`position` must have shape"),
+        ({"position": np.zeros((1, 3))}, "`position` must have shape"),
+        ({"position": np.full((1, 2), np.nan)}, "`position` must be finite"),
+    ],
+)
+def test_places_and_their_floor_are_checked(wrong, words):
+    maps = RadianceMaps(j12_box(), jnp.ones((4, 2, 2)))
+    given = {"position": np.zeros((1, 2)), "on": 0, **wrong}
+    directions = caching.gather_directions(2, 4, sets=1)
+    with pytest.raises(ValueError, match=words):
+        caching.tabulate_candidates(maps, given["position"], directions, given["on"])
+    with pytest.raises(ValueError, match=words):
+        caching.occlusion_table(maps, given["position"], given["on"], rays=16)
+    with pytest.raises(ValueError, match="Argument `seed` must not be negative"):
+        caching.gather_directions(2, 4, seed=-1)
+
+
+def test_a_table_of_no_place_is_none():
+    maps = RadianceMaps(j12_box(), jnp.ones((4, 2, 2)))
+    with pytest.raises(ValueError, match="must hold at least one place"):
+        caching.occlusion_table(maps, np.zeros((0, 2)), 0, rays=16)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from derivations.caching._light import lamp, scene_a_columns
+from firstorder import caching
 from firstorder.caching import Candidates, candidates
 
 PLACES = np.random.default_rng(0).uniform(size=(12, 2))
@@ -108,3 +109,17 @@ def test_rows_are_those_that_are_there():
     np.testing.assert_array_equal(jax.jit(lambda k: line.at(k).value)(2), line.value[2])
     with pytest.raises(IndexError, match="out of bounds"):
         line.at(np.array([7]))
+
+
+@pytest.mark.parametrize("name", ["position", "value", "gradient"])
+def test_complex_numbers_are_refused(name):
+    given = {"position": np.zeros(1), "value": np.ones(1), "gradient": np.zeros((1, 1))}
+    with pytest.raises(ValueError, match=f"Argument `{name}` must be real, but is complex"):
+        caching.Candidates.of(**given | {name: np.asarray(given[name]) + 1j})
+
+
+@pytest.mark.parametrize("name", ["minimum", "harmonic"])
+@pytest.mark.parametrize("wrong", [np.nan, -1.0])
+def test_lengths_of_rays_are_not_negative(name, wrong):
+    with pytest.raises(ValueError, match=f"Argument `{name}` must not be negative"):
+        caching.Candidates.of(np.zeros(1), np.ones(1), np.zeros((1, 1)), **{name: wrong})

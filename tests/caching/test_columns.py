@@ -1,7 +1,10 @@
 """Tables of caches in print; `test_cache.py` writes and reads them."""
 
+import jax.numpy as jnp
 import numpy as np
+import pytest
 
+from firstorder import caching
 from firstorder.caching._columns import printed, records_of
 
 
@@ -24,3 +27,19 @@ def test_records_of_a_plane_are_read_from_their_columns():
     along, across = np.array([3.0**0.5, 1.0]), np.array([-1.0, 3.0**0.5])  # of both axes' ends
     np.testing.assert_allclose(region.matrix[0] @ along, along / 2.0, rtol=1e-14)
     np.testing.assert_allclose(region.matrix[0] @ across, across / 0.5, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "words"),
+    [
+        ("radius", -np.ones(3), "`radius` must be positive, but is -1.0"),
+        ("radius", np.zeros(3), "`radius` must be positive, but is 0.0"),
+        ("radius", np.ones(2), "`radius` must have shape"),
+        ("clamp", ["cut"], "`clamp` must have shape"),
+    ],
+)
+def test_a_table_that_is_no_cache_is_refused(name, column, words):
+    line = caching.Candidates.from_function(jnp.cos, jnp.linspace(0.0, 1.0, 3))
+    cache = caching.Cache.of(line, caching.circular_regions(jnp.full(3, 0.5), 0.1, 1.0))
+    with pytest.raises(ValueError, match=words):
+        caching.Cache.from_columns({**cache.columns(), name: column})

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from firstorder import caching
 from firstorder.caching import (
     discontinuities,
     expected_error_with_events,
@@ -167,3 +168,15 @@ def test_an_error_that_is_no_number_has_no_radius():
 def test_limits_of_a_radius_are_in_order():
     with pytest.raises(ValueError, match=r"`high` must be at least 2, but is 0\.01"):
         radius_with_events([1.0], 0.25, 2.0, 0.01)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0])
+def test_a_relative_error_wants_a_value(value):
+    with pytest.raises(ValueError, match="Argument `value` must be positive"):
+        caching.expected_error_with_events(0.5, [1.0], definition="relative", value=value)
+
+    def radius(value):
+        return caching.radius_with_events([1.0], 0.1, 0.01, 1.0, definition="relative", value=value)
+
+    assert jnp.isnan(jax.jit(radius)(value))
+    assert jnp.isfinite(jax.jit(radius)(1.0))

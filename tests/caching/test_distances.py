@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from derivations.caching.distances import painted_irradiance
+from firstorder import caching
 from firstorder.caching import (
     distances,
     harmonic_mean_distance,
@@ -273,3 +274,23 @@ def test_bad_input_is_one_sentence():
 def test_there_is_a_length_for_each_place(position, length, words):
     with pytest.raises(ValueError, match=words):
         neighbour_clamping(position, length)
+
+
+@pytest.mark.parametrize("wrong", [-1.0, np.nan, -np.inf])
+def test_a_traced_length_that_is_none_is_no_ray_that_misses(wrong):
+    mean = jax.jit(caching.harmonic_mean_distance)
+    assert jnp.isnan(mean(jnp.array([1.0, wrong])))
+    assert jnp.isnan(mean(jnp.array([1.0, 2.0]), jnp.array([1.0, min(wrong, -1.0)])))
+
+
+@pytest.mark.parametrize("function", [caching.minimum_distance, caching.harmonic_mean_distance])
+def test_one_number_is_no_row_of_rays(function):
+    with pytest.raises(
+        ValueError, match=r"must hold at least one ray in a row, but has shape \(\)\."
+    ):
+        function(2.0)
+
+
+def test_a_place_that_is_none_does_not_clamp_all_others():
+    with pytest.raises(ValueError, match="Argument `position` must be finite, but is nan"):
+        caching.neighbour_clamping(np.array([[0.0], [np.nan]]), np.ones(2))

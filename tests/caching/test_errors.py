@@ -9,6 +9,7 @@ from scipy.integrate import quad
 from derivations.caching._lamp import hessian_of, summed
 from derivations.caching._lamp import lamp as rectangle
 from derivations.caching._light import lamp, scene_a_columns, scene_a_numbers
+from firstorder import caching
 from firstorder.caching import (
     DEFINITIONS,
     Candidates,
@@ -319,3 +320,31 @@ def test_a_window_of_one_pixel_compares_values():
     np.testing.assert_allclose(ssim(a, b, 1.0, sigma=0.05), expected, rtol=1e-12)
     with pytest.raises(ValueError, match="`sigma` must be positive"):
         ssim(a, b, 1.0, sigma=0.0)
+
+
+@pytest.mark.parametrize(("kind", "far"), [(np.uint8, 250), (np.int8, -100), (bool, 0)])
+def test_levels_of_pixels_do_not_go_around(kind, far):
+    a, b = np.array([1, far], kind), np.array([0, 100], kind)
+    truth = np.sqrt(np.mean((a.astype(float) - b.astype(float)) ** 2))
+    assert caching.rms(a, b) == truth
+
+
+def test_a_set_of_short_numbers_is_summed_in_long_ones():
+    miss = np.full((200, 200), 0.125, np.float16)
+    assert caching.largest_set(miss, 1.0, 2500.0)[1] == 20000.0
+    assert caching.largest_set(np.array([[-128, 1]], np.int8), 1.0, 3.0)[0].tolist() == [
+        [False, True]
+    ]
+
+
+def test_a_region_of_what_is_no_number_is_none():
+    flat = caching.Candidates.on_line(jnp.zeros(1), jnp.zeros((1, 2)))
+    found = caching.ideal_region(lambda x: jnp.nan * x[0], flat, 0.1, 0.01, 1.0)
+    assert jnp.isnan(found.radius).all()
+
+
+def test_a_relative_error_wants_light():
+    dark = caching.Candidates.on_line(jnp.zeros(1), jnp.zeros((1, 2)))
+    region = caching.circular_regions(jnp.ones(1), 0.1, 1.0)
+    with pytest.raises(ValueError, match=r"Argument `value` must be positive, but is 0.0\."):
+        caching.true_error(jnp.square, dark, region, definition="relative")

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from firstorder import caching
 from firstorder.caching import (
     EventLines,
     event_lines,
@@ -252,3 +253,17 @@ def test_limits_of_a_radius_are_in_order():
     line = EventLines([[0.0, -9.0]], [[0.0, 9.0]], [1.5], [0.0])
     with pytest.raises(ValueError, match=r"`high` must be at least 9, but is 0\.01"):
         radius_with_lines(0.0, 1.0, 9.0, 0.01, np.zeros(2), line)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0])
+def test_a_relative_error_wants_a_value(value):
+    line = caching.EventLines([[0.0, -9.0]], [[0.0, 9.0]], [1.5], [0.0])
+
+    def error(value):
+        return caching.expected_error_with_lines(
+            1.0, 1.0, jnp.zeros(2), line, definition="relative", value=value
+        )
+
+    with pytest.raises(ValueError, match="Argument `value` must be positive"):
+        error(value)
+    assert jnp.isnan(jax.jit(error)(value))

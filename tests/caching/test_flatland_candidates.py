@@ -1,10 +1,17 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.special import ellipe, ellipeinc
 
 from derivations.caching._light import scene_a_columns
 from derivations.squares import FIRST
-from firstorder.caching import gradient_discontinuities, radius_with_events, scene_candidates
+from firstorder import caching, flatland
+from firstorder.caching import (
+    flatland_candidates,
+    gradient_discontinuities,
+    radius_with_events,
+    scene_candidates,
+)
 from firstorder.caching.flatland_candidates import _ray_lengths
 from firstorder.flatland import Arcs, Scene, Segments, primitive
 
@@ -101,3 +108,21 @@ def test_bad_input_is_one_sentence():
 def test_no_places_are_no_candidates():
     none = scene_candidates(Scene.of(FLOOR, LAMP), 0, jnp.zeros(0))
     assert np.shape(none.third) == (0, 1, 1, 1)
+
+
+@pytest.mark.parametrize("thin", [0.5, 0.1, 0.02])
+def test_arc_lengths_on_a_thin_ellipse_are_elliptic_integrals(thin):
+    oval = flatland.primitive(flatland.Ellipses((0.2, 0.1), (1.0, thin), 0.3))
+    s = np.array([0.0, 0.1, 0.25, 0.3, 0.77, 1.0])
+    found = flatland_candidates._arc_length(flatland.Scene.of(oval), 0, s)
+    whole = 4.0 * ellipe(1.0 - thin**2)
+    np.testing.assert_allclose(found[-1], whole, rtol=1e-9)
+    truth = ellipeinc(2.0 * np.pi * s, 1.0 - thin**2)
+    np.testing.assert_allclose(found, truth, rtol=1e-9, atol=1e-14)
+
+
+@pytest.mark.parametrize("s", [0.5, [[0.5]]])
+def test_parameters_of_candidates_are_a_row(s):
+    floor = flatland.primitive(flatland.Segments((-1.0, 0.0), (1.0, 0.0)))
+    with pytest.raises(ValueError, match="Argument `s` must have shape"):
+        caching.scene_candidates(flatland.Scene.of(floor), 0, jnp.asarray(s))

@@ -409,3 +409,34 @@ def test_a_derivative_that_is_no_number_has_no_size(kind, place):
 
 def test_the_bound_of_what_is_no_number_is_none():
     assert np.all(np.isnan(geometric_bound(np.full((1, 2, 2), np.nan))))
+
+
+@pytest.mark.parametrize("kind", ["largest", "mean", "rms"])
+@pytest.mark.parametrize(("dtype", "unit"), [(np.float32, 2.0**90), (np.float64, 2.0**700)])
+def test_sizes_of_derivatives_keep_their_range(kind, dtype, unit):
+    rng = np.random.default_rng(0)
+    for order in (1, 2, 3):
+        T = rng.normal(size=(2,) * order).astype(dtype)
+        here = caching.derivative_norm(T, order, kind)
+        for scale in (dtype(unit), dtype(1.0 / unit)):
+            assert caching.derivative_norm(T * scale, order, kind) == here * scale
+
+
+@pytest.mark.parametrize("definition", ["average squared", "integrated squared", "total"])
+@pytest.mark.parametrize("size", [1e-24, 1e24])
+def test_radii_keep_their_range_in_single_precision(definition, size):
+    short = caching.radius_for(np.float32(size), np.float32(1.0), definition=definition)
+    long = caching.radius_for(float(np.float32(size)), 1.0, definition=definition)
+    assert short.dtype == np.float32
+    np.testing.assert_allclose(short, long, rtol=1e-5)
+
+
+def test_traced_numbers_that_would_be_refused_give_nan():
+    H = jnp.stack([jnp.eye(2), -jnp.eye(2)])
+    assert jnp.isnan(jax.jit(caching.geometric_bound)(H, jnp.array([1.0, -1.0]))).any()
+    assert jnp.isnan(jax.jit(caching.largest_radiance)(jnp.array([1.0, -2.0])))
+
+
+def test_the_largest_of_nothing_is_refused():
+    with pytest.raises(ValueError, match="must hold at least one, but is empty"):
+        caching.largest_radiance([])

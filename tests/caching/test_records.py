@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.caching._records import distance, kept, turning, weights
+from firstorder.caching._records import checked_order, distance, kept, turning, weights
 
 ALL = jnp.ones(3, bool)
 
@@ -66,3 +66,9 @@ def test_along_a_line_a_normal_may_go_around():
 def test_all_candidates_are_chosen_if_none_are_named():
     assert kept(None, 3).tolist() == [0, 1, 2]
     assert kept(np.array([False, True, True]), 3).tolist() == [1, 2]
+
+
+@pytest.mark.parametrize("order", [3, -1])
+def test_an_order_is_0_1_or_2(order):
+    with pytest.raises(ValueError, match="Argument `order` must be 0, 1 or 2"):
+        checked_order(order)

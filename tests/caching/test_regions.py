@@ -1,7 +1,9 @@
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder import caching
 from firstorder.caching import CLAMPS, ValidityRegion, circular_regions, screen_limits
 from firstorder.caching.regions import _check_regions
 from firstorder.imaging import pinhole
@@ -128,3 +130,14 @@ def test_radii_are_no_regions():
 def test_limits_in_the_wrong_order_name_the_first():
     with pytest.raises(ValueError, match=r"^Argument `high` must be at least 3, but is 2.$"):
         circular_regions(np.ones(2), np.array([1.0, 3.0]), 2.0)
+
+
+@pytest.mark.parametrize(
+    ("radius", "low", "high"),
+    [(-1.0, 0.1, 1.0), (0.5, 2.0, 1.0), (0.5, -2.0, 1.0), (0.5, 0.1, -2.0), (0.5, 0.1, jnp.inf)],
+)
+def test_traced_radii_and_limits_that_would_be_refused_give_nan(radius, low, high):
+    found = jax.jit(caching.circular_regions)(radius, low, high)
+    assert jnp.isnan(found.radius)
+    R = jax.jit(lambda low, high: caching.radius_with_events([1.0], 0.01, low, high))(low, high)
+    assert jnp.isnan(R) == (radius > 0.0)

@@ -4,6 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder import caching
 from firstorder.caching import _strips as module
 from firstorder.caching._strips import Strips
 from firstorder.caching.candidates import Candidates
@@ -136,3 +137,16 @@ def test_a_turn_counts_by_its_sine_and_whole_from_a_right_angle_on():
     np.testing.assert_allclose(module._turned(both), true, rtol=1e-12)
     np.testing.assert_allclose(module._length(np.array([[3.0, -1.0], [4.0, 0.0]])), [5.0, 1.0])
     np.testing.assert_allclose(module._length(np.array([[3.0, -1.0]])), [3.0, 1.0])
+
+
+def test_the_most_records_are_a_number_of_them():
+    line = caching.Candidates.from_function(jnp.cos, jnp.linspace(0.0, 1.0, 3))
+    region = caching.circular_regions(jnp.full(3, 0.3), 0.1, 1.0)
+    with pytest.raises(ValueError, match="Argument `most` must"):
+        caching.fill(line, region, [0, 1, 2], -1)
+
+
+@pytest.mark.parametrize("counts", [(-1, 2), (4, 0)])
+def test_orders_of_nothing_are_none(counts):
+    with pytest.raises(ValueError, match="must be a positive integer"):
+        caching.random_orders(*counts)

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder import caching
 from firstorder.caching import (
     Cache,
     Candidates,
@@ -17,7 +18,7 @@ from firstorder.caching import (
     hessian_along,
     radius_for,
 )
-from firstorder.space import Receiver, Scene, derivatives, disc, irradiance, primitive
+from firstorder.space import Derivatives, Receiver, Scene, derivatives, disc, irradiance, primitive
 
 LAMPS = np.array([[0.5, 0.3, 3.0], [-1.0, 0.8, 2.5]])
 
@@ -252,3 +253,17 @@ def test_visits_are_numbers_of_receivers(visits):
     edge = Receiver.at(np.zeros((2, 3)), [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])
     with pytest.raises(ValueError, match="`visits` must hold numbers"):
         fill_surface(edge, np.ones(2), visits)
+
+
+def test_radii_may_be_a_list_and_receivers_are_a_row():
+    zeros = jnp.ones(2), jnp.zeros((2, 5)), jnp.zeros((2, 5, 5))
+    known = Derivatives(*zeros, Receiver.freedoms)
+    row = Receiver.at(np.eye(3)[:2])
+    assert caching.SurfaceCache(row, known, [1.0, 2.0])(row).value.tolist() == [1.0, 1.0]
+    alone = Receiver.at((0.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match="must be a row of receivers"):
+        caching.fill_surface(alone, np.ones(3), [0])
+    with pytest.raises(ValueError, match="must be a row of receivers"):
+        caching.SurfaceCache.of(alone, known, np.ones(2))
+    with pytest.raises(ValueError, match="Argument `radius` must have shape"):
+        caching.SurfaceCache(row, known, 1.0)

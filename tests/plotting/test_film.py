@@ -1,9 +1,12 @@
 """Film: exposure by the log-average, the curve, and colour that keeps luminance."""
 
+import warnings
+
 import matplotlib.image
 import numpy as np
 import pytest
 
+from firstorder import plotting
 from firstorder.io.images import LUMINANCE
 from firstorder.plotting import develop, exposure_of, film, filmic, tinted, write_still
 
@@ -117,3 +120,16 @@ def test_a_still_is_what_was_developed(tmp_path):
 def test_tints_and_labels_that_are_none_are_refused(labels, tints, sentence):
     with pytest.raises(ValueError, match=sentence):
         tinted(np.ones((1, 1)), labels, tints)
+
+
+def test_what_is_infinite_is_white_without_a_warning():
+    values = np.array([[np.inf, 0.0], [np.nan, -np.inf]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert plotting.develop(values, 3.0).tolist() == [[0, 0], [255, 0]]
+        assert plotting.tone_map(np.array([[1e300, 0.0]]), 1e-300).tolist() == [[0], [255]]
+
+
+def test_an_image_has_a_label_for_each_pixel():
+    with pytest.raises(ValueError, match="Argument `labels` must have shape"):
+        plotting.tinted(np.ones((2, 2)), np.array([[0]]), np.ones((1, 3)))

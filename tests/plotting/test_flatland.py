@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
 
+from firstorder import plotting
 from firstorder.flatland import (
     Arcs,
     Circles,
@@ -141,3 +142,10 @@ def test_the_map_of_a_wide_scene_lies_above_its_curves(curve, width, above):
     here, first = (ax.get_position() for ax in page.axes[:2])
     assert (here.y0 > first.y1) == above
     assert (here.x1 < first.x0) != above
+
+
+def test_curves_without_samples_are_empty():
+    none = np.zeros(0)
+    _, axes = plotting.panels(1, 3)
+    plotting.draw_curves(axes[0], dict.fromkeys(("shape", "arc", "E", "dE", "d2E"), none))
+    assert all(len(ax.lines[0].get_xdata()) == 0 for ax in axes[0])

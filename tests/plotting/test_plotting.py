@@ -2,6 +2,7 @@ import dataclasses
 import io
 import subprocess
 import sys
+import warnings
 
 import jax.numpy as jnp
 import matplotlib
@@ -302,3 +303,52 @@ def test_an_ellipse_is_that_of_a_matrix(ax):
         plotting.covariance_ellipse(ax, [1.0, 2.0])
     with pytest.raises(ValueError, match="`sigmas` must be positive"):
         plotting.covariance_ellipse(ax, np.eye(2), sigmas=-1.0)
+
+
+# --- what is degenerate ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("value", [0.0, 7.0, np.nan])
+def test_an_image_of_one_value_is_drawn_live_at_the_bottom_of_its_scale(value):
+    figure, axes = plotting.panels()
+    image = axes[0, 0].imshow(np.full((3, 3), value), cmap="viridis", vmin=7.0, vmax=7.0)
+    pixels = np.asarray(Image.open(io.BytesIO(plotting.LiveFigure(figure, [image]).png())))
+    box = image.axes.get_window_extent()
+    middle = pixels[round(len(pixels) - box.y0 - box.height / 2), round(box.x0 + box.width / 2)]
+    bottom = image.get_cmap()(0, bytes=True)[:3]
+    assert (tuple(middle) == bottom) == (value == value)
+
+
+@pytest.mark.parametrize("places", [[0, 0, 1], [0, 1, 0], [0, 1, 1, 2, 2]])
+def test_a_surface_with_places_given_twice_is_drawn(places):
+    _, axes = plotting.panels()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plotting.draw_surface(axes[0, 0], [(float(x), 0.0) for x in places])
+    assert np.isfinite(axes[0, 0].patches[0].get_xy()).all()
+
+
+@pytest.mark.parametrize("places", [[], [(0.0, 0.0)], [(0.0, 0.0)] * 3, [(0.0, 0.0, 1.0)] * 3])
+def test_a_surface_has_two_places(places):
+    _, axes = plotting.panels()
+    with pytest.raises(ValueError, match="Argument `points` must"):
+        plotting.draw_surface(axes[0, 0], places)
+
+
+def test_a_light_field_has_samples_that_are_real():
+    _, axes = plotting.panels()
+    with pytest.raises(ValueError, match="must hold at least one sample"):
+        plotting.show_light_field(axes[0, 0], np.zeros((0, 0)), [], [])
+    with pytest.raises(ValueError, match="Argument `values` must be real"):
+        plotting.show_light_field(axes[0, 0], np.eye(2) * 1j, [0.0, 1.0], [0.0, 1.0])
+    image = plotting.show_light_field(
+        axes[0, 0], np.full((2, 2), -128, np.int8), [0.0, 1.0], [0.0, 1.0]
+    )
+    assert image.get_clim() == (-128.0, 128.0)
+
+
+def test_a_logarithm_takes_any_number_of_decades():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = plotting.log_magnitude(np.array([1.0, 0.0, 1e300]), 1e-300, 400.0)
+    assert found.tolist() == [300.0, -400.0, np.inf]

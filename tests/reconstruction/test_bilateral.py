@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from firstorder import reconstruction
 from firstorder.reconstruction.bilateral import bilateral_widths, cross_bilateral
 from firstorder.reconstruction.blue_noise import blue_noise_samples
 
@@ -131,3 +132,20 @@ def test_one_width_is_that_of_all_pixels():
     value, h = p[:, 0], np.full((WIDTH, HEIGHT), 2.0)
     found = cross_bilateral(p, value, 2.0, *flat())
     np.testing.assert_array_equal(found, cross_bilateral(p, value, h, *flat()))
+
+
+@pytest.mark.parametrize("unit", [1e-310, 1e-300, 1e300, 1e308])
+def test_widths_do_not_depend_on_the_unit_of_a_density(unit):
+    width = reconstruction.bilateral_widths(np.full((10, 10), unit), 25, 1.0)
+    np.testing.assert_allclose(width, 2.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize("sky", [1e30, 1e160, np.finfo(float).max])
+def test_a_sky_may_be_as_far_as_numbers_go(sky):
+    depth = np.where(np.arange(8) < 4, 1.0, sky)[:, None] + np.zeros(8)
+    up = np.broadcast_to((0.0, 0.0, 1.0), (8, 8, 3))
+    p, light = np.array([(5.5, 4.5), (6.5, 4.5)]), np.array([3.0, 7.0])
+    found = reconstruction.cross_bilateral(p, light, np.full((8, 8), 4.0), depth, up)
+    assert np.isfinite(found).all()
+    near = reconstruction.cross_bilateral(p, light, 1e-200, np.ones((8, 8)), up)
+    assert near[[0, 7], 4].tolist() == [3.0, 7.0]  # the nearest alone

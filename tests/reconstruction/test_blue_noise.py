@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy.spatial
 
+from firstorder import reconstruction
 from firstorder.reconstruction.blue_noise import _ranks, blue_noise_samples
 
 SIDE = 64
@@ -104,3 +105,17 @@ def test_exactly_as_many_as_asked_and_nearly_the_same():
         assert np.count_nonzero(found ^ near) == abs(count - np.count_nonzero(near))
     density[:50] = 0.0
     assert not blue_noise_samples(density, 3400, exactly=True)[:50].any()
+
+
+@pytest.mark.parametrize("unit", [1e-310, 1e-300, 1e12, 1e308])
+def test_samples_do_not_depend_on_the_unit_of_a_density(unit):
+    density = np.random.default_rng(0).uniform(0.5, 1.0, (16, 16))
+    here = reconstruction.blue_noise_samples(density, 40)
+    assert np.array_equal(reconstruction.blue_noise_samples(density * unit, 40), here)
+
+
+@pytest.mark.parametrize("wrong", [{"seed": -1}, {"density": np.eye(9) * 1j}])
+def test_a_seed_is_not_negative_and_a_density_is_real(wrong):
+    given = {"density": np.ones((9, 9)), "count": 4, **wrong}
+    with pytest.raises(ValueError, match=f"Argument `{next(iter(wrong))}` must"):
+        reconstruction.blue_noise_samples(**given)

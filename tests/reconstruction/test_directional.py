@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from firstorder import reconstruction
 from firstorder.reconstruction import (
     DirectionalCoherence,
     coherent_image,
@@ -152,7 +153,7 @@ def test_a_turned_picture_is_reconstructed_turned():
         ({"stretch": np.inf}, "`stretch` must be finite"),
         ({"width": 0.0}, "`width`"),
         ({"neighbours": 0}, "`neighbours`"),
-        ({"voters": 0}, "`neighbours`"),
+        ({"voters": 0}, "`voters`"),
     ],
 )
 def test_bad_input_is_one_sentence(change, words):
@@ -177,3 +178,35 @@ def test_a_pixel_whose_nearest_samples_lie_in_its_middle_takes_their_value(neigh
     value = np.where(p[:, 0] < 1.0, 2.0, 7.0)
     image = coherent_image(p, value, np.ones_like(p), (6, 6), neighbours=neighbours)
     assert image[0, 0] == 2.0
+
+
+@pytest.mark.parametrize("unit", [1e-170, 1e-12, 1e12, 1e170])
+def test_directions_do_not_depend_on_the_unit_of_light(unit):
+    rng = np.random.default_rng(0)
+    p, gradient = rng.uniform(0.0, 8.0, (30, 2)), rng.normal(size=(30, 2))
+    here = reconstruction.directional_coherence(p, gradient, p[:3])
+    there = reconstruction.directional_coherence(p, unit * gradient, p[:3])
+    np.testing.assert_allclose(there.across, here.across, rtol=1e-12)
+    np.testing.assert_allclose(there.coherence, here.coherence, rtol=1e-12)
+
+
+@pytest.mark.parametrize("how", [{"stretch": 1e200}, {"width": 1e-200}])
+def test_weights_are_numbers_at_any_stretch_and_width(how):
+    rng = np.random.default_rng(0)
+    p, value = rng.uniform(0.0, 8.0, (30, 2)), rng.uniform(1.0, 2.0, 30)
+    found = reconstruction.coherent_image(p, value, rng.normal(size=(30, 2)), (8, 8), **how)
+    assert ((found >= 1.0) & (found <= 2.0)).all()
+
+
+@pytest.mark.parametrize("shape", [(0, 8), (-1, 8)])
+def test_an_image_has_pixels(shape):
+    p = np.array([(0.5, 0.5), (1.5, 0.5)])
+    with pytest.raises(ValueError, match="Argument `shape` must be"):
+        reconstruction.coherent_image(p, np.ones(2), np.ones((2, 2)), shape)
+
+
+@pytest.mark.parametrize("at", [np.zeros(2), np.zeros((2, 3)), np.full((1, 2), np.nan)])
+def test_places_are_checked_in_a_sentence(at):
+    p = np.array([(0.5, 0.5), (1.5, 0.5)])
+    with pytest.raises(ValueError, match="Argument `at` must"):
+        reconstruction.directional_coherence(p, np.ones((2, 2)), at)

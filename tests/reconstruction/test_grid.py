@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import polynomial as poly
 
+from firstorder import reconstruction
 from firstorder.checks.tolerance import fitted_order, normwise, rounding
 from firstorder.reconstruction import GridInterpolant
 from firstorder.reconstruction import grid as surfaces
@@ -315,3 +316,27 @@ def test_outside_of_the_grid_nothing_is_known():
 def test_bad_input_is_one_sentence(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_what_is_no_number_on_another_object_does_not_leak(scheme):
+    x = jnp.arange(4.0)
+    labels = jnp.asarray(np.arange(4)[:, None] >= 2, int) + jnp.zeros((4, 4), int)
+
+    def found(elsewhere):
+        data = jnp.stack(jnp.broadcast_arrays(x[:, None] * x, x, x[:, None]), -1)
+        data = jnp.where(labels[..., None] == 1, elsewhere, data)
+        f = reconstruction.GridInterpolant(x, x, data, scheme, labels)
+        return f(1.3, 1.6, 0), *jax.grad(lambda x, y: f(x, y, 0), (0, 1))(1.3, 1.6)
+
+    np.testing.assert_array_equal(found(jnp.nan), found(0.0))
+    assert np.isfinite(found(jnp.nan)).all()
+
+
+def test_traced_nodes_that_do_not_rise_give_nan():
+    def value(x):
+        data = jnp.ones((3, 2, 1))
+        return reconstruction.GridInterpolant(x, jnp.arange(2.0), data, "bilinear")(0.5, 0.5)
+
+    assert jnp.isnan(jax.jit(value)(jnp.array([0.0, 2.0, 1.0])))
+    assert jax.jit(value)(jnp.array([0.0, 1.0, 2.0])) == 1.0

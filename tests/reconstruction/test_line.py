@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder import io
+from firstorder import io, reconstruction
 from firstorder.checks.tolerance import normwise, rounding
 from firstorder.reconstruction import (
     LineCell,
@@ -247,7 +247,7 @@ def test_a_break_forgotten_is_noticed():
 
 def test_one_side_of_a_break_taken_for_both_is_noticed(monkeypatch):
     """Without the hair's breadth both nodes at the break see the right side."""
-    monkeypatch.setattr(adaptive.jnp, "clip", lambda x, low, high: x)
+    monkeypatch.setattr(adaptive.jnp, "minimum", lambda a, b: 0.0 * b)
     line = sample_line(jumping, 0.0, 1.0, 23, line_by_gradient, initial=4, breaks=1.0 / 3.0)
     x = np.linspace(0.0, 1.0, 1001)
     monkeypatch.undo()
@@ -330,3 +330,16 @@ def test_an_end_is_one_number(end):
         ends = {"low": 0.0, "high": 1.0} | {end: np.array(wrong)}
         with pytest.raises(ValueError, match=f"`{end}` must be one number"):
             sample_line(lambda x: (x, 1.0 + 0.0 * x), **ends, budget=20)
+
+
+def test_values_are_those_of_their_places_however_short_and_far_the_line():
+    low, high = np.float32(1000.0), np.float32(1000.01)
+    line = reconstruction.sample_line(lambda x: (x - low, jnp.ones_like(x)), low, high, 12)
+    np.testing.assert_array_equal(line.value, line.x - low)
+    broken = reconstruction.sample_line(
+        lambda x: (jnp.where(x < np.float32(1000.005), 1.0, 2.0), 0.0 * x), low, high, 24,
+        breaks=np.float32(1000.005),
+    )  # fmt: skip
+    at = np.float32(1000.005)
+    assert broken.value[broken.x == at].tolist() == [1.0, 2.0]
+    assert np.array_equal(broken.value[broken.x != at], 1.0 + (broken.x[broken.x != at] > at))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from firstorder import reconstruction
 from firstorder.reconstruction.delaunay import delaunay_image
 from firstorder.reconstruction.importance import (
     QuadtreeCells,
@@ -231,3 +232,13 @@ def test_differences_are_per_pixel_where_the_border_cuts_squares(name):
         some = np.all(along != 0.0, 1)  # the others have a neighbour on one side, or none
         assert np.any(some)
         np.testing.assert_allclose(each[some], np.broadcast_to(wanted, each.shape)[some], 1e-12)
+
+
+def test_a_metric_gives_one_number_for_each_square():
+    def shade(p):
+        return reconstruction.ShadedSamples(p[:, 0], more=[[[1.0, 0.0], [0.0, 2.0]]] * len(p))
+
+    with pytest.raises(ValueError, match="must give one number for each square"):
+        reconstruction.sample_image(shade, 16, 16, 20, lambda squares: squares.size[:, None])
+    found = reconstruction.sample_image(shade, 16, 16, 20, reconstruction.by_hessian)
+    assert len(found.p) == 20  # what a shading function returns may be lists

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy.spatial
 
+from firstorder import reconstruction
 from firstorder.reconstruction import _triangles as triangles
 
 WIDTH, HEIGHT = 9, 7
@@ -196,3 +197,20 @@ def test_what_does_not_fit_together_is_refused():
             triangles.check_scheme("linear", None, *pair)
     triangles.check_scheme("linear", None, None, None)
     triangles.check_scheme("gradient", P, [1], [1])
+
+
+@pytest.mark.parametrize("sloped", [False, True])
+def test_what_is_no_number_on_another_object_does_not_leak(sloped):
+    p = np.random.default_rng(0).uniform(0.0, 8.0, (40, 2))
+    sky = p[:, 0] > 4.0
+    pixels = np.repeat((np.arange(8)[:, None] >= 4).astype(int), 8, 1)
+
+    def image(elsewhere):
+        value = np.where(sky, elsewhere, p[:, 1])
+        slope = np.where(sky[:, None], elsewhere, (0.0, 1.0)) if sloped else None
+        return reconstruction.delaunay_image(
+            p, value, 8, 8, gradient=slope, label=sky.astype(int), labels=pixels
+        )
+
+    np.testing.assert_array_equal(image(np.nan)[:4], image(0.0)[:4])
+    assert np.isfinite(image(np.nan)[:4]).all()

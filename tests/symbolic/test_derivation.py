@@ -20,6 +20,7 @@ from derivations.derived.compare import (
     v,
     x,
 )
+from firstorder import symbolic
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE_SLOPE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import BoxProfile, GaussianProfile, Separable, gaussian
@@ -211,3 +212,8 @@ def test_the_kink_of_a_clamped_cosine_bends_what_a_lobe_makes_of_it():
         return shone @ ((a * a - 1.0) * np.exp(-0.5 * a * a)) / (0.48**3 * np.sqrt(2.0 * np.pi))
 
     np.testing.assert_allclose(found.hessian.at(0.2, 0.7)[1, 1], lobe(0.7), rtol=1e-9)
+
+
+def test_a_formula_is_that_of_a_field():
+    with pytest.raises(TypeError):
+        symbolic.formula(3)

@@ -4,10 +4,11 @@ import sympy
 
 from derivations.derived.compare import normal
 from derivations.derived.frequency import DERIVED
+from firstorder import symbolic
 from firstorder.errors import Refused
 from firstorder.fields import gaussian
 from firstorder.symbolic import Effect, EffectTable, UnknownField, effects, event, table_1
-from firstorder.transport import Bump, Curvature, Gather, Mirror
+from firstorder.transport import Bump, Curvature, Gather, Mirror, Travel
 
 ROWS = {
     "travel": ("D05.T1.1", "shear", "shear"),
@@ -85,3 +86,8 @@ def test_what_moves_nothing_but_the_origin_is_no_flip():
     rows = effects({"step": event({"x": sympy.Symbol("x") + 1}), "mirror": Mirror()}).rows
     assert [row.on_light for row in rows] == ["shift", "flip"]
     assert [row.on_spectrum for row in rows] == ["phase", "flip"]
+
+
+def test_steps_have_names():
+    with pytest.raises(TypeError):
+        symbolic.effects([Travel(1.0)])

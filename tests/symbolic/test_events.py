@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import sympy
 
+from firstorder import symbolic
 from firstorder.conventions import FLATLAND_SLOPE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import Gaussian, Grid, gaussian
@@ -131,3 +132,9 @@ def test_an_expression_with_a_kink_has_values_and_refuses_derivatives(factor):
     np.testing.assert_allclose(seen(0.3, 0.1), float(factor.subs(x, 0.3)) * LIGHT(0.3, 0.1))
     with pytest.raises(Refused, match="has a kink"):
         seen.jet(jnp.array([0.3, 0.1]))
+
+
+@pytest.mark.parametrize("given", [{"rays": {}}, {"source": {}}, {}])
+def test_a_map_of_nothing_is_left_out(given):
+    with pytest.raises(ValueError, match="are all left out: give one"):
+        symbolic.event(**given)

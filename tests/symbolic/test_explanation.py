@@ -6,7 +6,7 @@ from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields import GaussianProfile, gaussian
 from firstorder.symbolic import UnknownField, UnknownLobe, UnknownVaryingLobe, explain
-from firstorder.transport import Bump, Camera, Chain, Curvature, Mirror, Reflection, Texture
+from firstorder.transport import Bump, Camera, Chain, Curvature, Mirror, Reflection, Texture, Travel
 
 LIGHT = gaussian((0.2, 0.1), (0.5, 0.3))
 LOBE = Reflection(GaussianProfile(0.2))
@@ -91,3 +91,10 @@ def test_a_path_with_an_unknown_varying_lobe_has_no_numbers():
     light = gaussian((0.0, 0.0), (1.0, 1.0), frame=Frame(sense="outgoing"))
     told = explain(light >> Reflection(UnknownVaryingLobe("rho")), (0.1, 0.2))
     assert [step.jet for step in told.steps] == [None, None]
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_a_ray_that_is_nowhere_is_refused(wrong):
+    path = gaussian((0.0, 0.0), (1.0, 1.0)) >> Travel(1.0)
+    with pytest.raises(ValueError, match="Argument `ray` must be finite"):
+        explain(path, (wrong, 0.0))

@@ -8,6 +8,7 @@ import pytest
 import sympy
 from scipy.special import erfcinv
 
+from firstorder import symbolic
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields import GaussianProfile, gaussian
@@ -263,3 +264,13 @@ def test_a_bell_ends_where_it_has_died_out_however_narrow_it_is(width):
 def test_a_lobe_of_nothing_is_refused_in_words_of_ours():
     with pytest.raises(ValueError, match="`profile` must not be zero"):
         lobe(0 * t, t)
+
+
+def test_a_traced_end_that_is_none_gives_nan():
+    t = sympy.Symbol("t")
+
+    def value(end):
+        return symbolic.lobe(sympy.exp(-(t**2)), t, half_width=end).derivatives(jnp.array(0.1))[0]
+
+    assert jnp.isnan(jax.jit(value)(-1.0))
+    assert abs(jax.jit(value)(1.0) - jnp.exp(-0.01)) < 1e-15

@@ -64,3 +64,12 @@ def test_nothing_that_is_typed_is_run(tmp_path):
 def test_a_power_that_is_no_number_is_refused_in_words_of_ours(text):
     with pytest.raises(ValueError, match="Exponents are at most 64"):
         parse_expression(text, ["x"])
+
+
+@pytest.mark.parametrize(
+    "text", ["sqrt(-1)", "x * log(-1)", "asin(2)", "(-8)**(1/3)", "1 + sqrt(-4)*x"]
+)
+def test_an_expression_is_real(text):
+    with pytest.raises(ValueError, match="is not real"):
+        parse_expression(text, ["x"])
+    assert parse_expression("sqrt(x) + asin(1) - log(2)", ["x"]) is not None

@@ -13,6 +13,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from firstorder._argument_checks import check_positive, check_shape
 from firstorder._display import table
 from firstorder.caching.candidates import Candidates
 from firstorder.caching.regions import CLAMPS, ValidityRegion
@@ -51,7 +52,8 @@ def records_of(columns: Mapping[str, np.ndarray]) -> tuple[Candidates, ValidityR
     """Records and their regions, from what `columns_of` gave.
 
     Raises:
-        ValueError: if a column is missing, or a clamp is another word.
+        ValueError: if a column is missing or of another length, a radius is not positive, or a
+            clamp is another word.
     """
     d = 2 if {"y", "shorter", "angle"} & set(columns) else 1
     sizes = ("radius", "shorter", "angle")[: 2 * d - 1]
@@ -66,7 +68,12 @@ def records_of(columns: Mapping[str, np.ndarray]) -> tuple[Candidates, ValidityR
         _stacked(columns, "xy"[:d]), value, gradient, hessian, third=third, tilt=tilt
     )
     clamp = [_code(word) for word in columns.get("clamp", [""] * records.count)]
-    matrix = _matrices(*(np.asarray(columns[name], float) for name in sizes))
+    regions = {name: np.asarray(columns[name], float) for name in sizes}
+    for name, column in {**regions, "clamp": np.asarray(clamp)}.items():
+        check_shape(name, column, (records.count,))
+        if name in ("radius", "shorter"):
+            check_positive(name, column)
+    matrix = _matrices(*regions.values())
     return records, ValidityRegion(jnp.asarray(matrix), jnp.asarray(clamp, dtype=jnp.int32))
 
 

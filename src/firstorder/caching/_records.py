@@ -9,6 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
+from firstorder._argument_checks import check_finite
+
 
 def reached(error: Any) -> Any:
     """Whether a place at that distance from a record lies inside its region: `e < 1 - 8 eps`.
@@ -141,6 +143,19 @@ def checked_visits(visits: Any, count: int) -> Int[np.ndarray, " v"]:
 
 def checked_order(order: int) -> int:
     """An order of extrapolation, which must be 0, 1 or 2."""
-    if order not in (0, 1, 2):
+    if not isinstance(order, (int, np.integer)) or order not in (0, 1, 2):
         raise ValueError(f"Argument `order` must be 0, 1 or 2, but is {order!r}.")
     return order
+
+
+def checked_places(position: ArrayLike) -> Float[np.ndarray, "m 2"]:
+    """Places on a floor, which must be finite and have two coordinates.
+
+    Raises:
+        ValueError: if they are not.
+    """
+    x = np.asarray(position, float)
+    if x.ndim != 2 or x.shape[1] != 2:
+        raise ValueError(f"Argument `position` must have shape (m, 2), but has {x.shape}.")
+    check_finite("position", x)
+    return x

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_positive, check_real
 from firstorder._display import Axes, Module, as_picture, drawn, in_print
 from firstorder._labelled import DataFrame, data_frame
 from firstorder.caching._columns import columns_of, printed, records_of, units_of
@@ -265,7 +265,8 @@ class Cache(Module):
             fade: whether the weights end at zero.
 
         Raises:
-            ValueError: if a column is missing, or a clamp is another word.
+            ValueError: if a column is missing or of another length, a radius is not positive, or a
+                clamp is another word.
 
         Example:
             >>> import jax.numpy as jnp
@@ -285,6 +286,7 @@ class Cache(Module):
 def _asked(x: ArrayLike, dims: int) -> Float[Array, "... d"]:
     """Places (..., d); along a line also one number."""
     x = as_float(x)
+    check_real("x", x)
     if x.ndim == 0 and dims == 1:
         return x[None]
     if x.ndim == 0 or x.shape[-1] != dims:

@@ -17,8 +17,14 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import ArrayLike, Float
 
-from firstorder._argument_checks import check_count
+from firstorder._argument_checks import (
+    check_count,
+    check_index,
+    check_integer,
+    check_not_negative,
+)
 from firstorder._display import in_print
+from firstorder.caching._records import checked_places
 from firstorder.caching.candidates import Candidates
 from firstorder.space.bounces._radiance_maps import FLAT, RadianceMaps, face_layout
 from firstorder.space.estimators._gather_sums import WallSweeps, jumps_across, surface_area_sums
@@ -97,7 +103,7 @@ def gather_directions(
         noise: whether each ray's radiance gets a factor, uniform in [0, 2], as in J12 Fig. 21.
 
     Raises:
-        ValueError: if a count is not positive.
+        ValueError: if a count is not positive, or the seed negative.
 
     Example:
         >>> from firstorder.caching import gather_directions
@@ -106,6 +112,8 @@ def gather_directions(
     """
     for name, number in (("rows", rows), ("columns", columns), ("sets", sets)):
         check_count(name, number)
+    check_integer("seed", seed)
+    check_not_negative("seed", seed)
     rng = np.random.default_rng(seed)
     up, across = rng.random((2, sets, rows, columns))
     square = (np.arange(rows)[:, None] + up) / rows
@@ -133,7 +141,8 @@ def tabulate_candidates(
         height: z of the places [m].
 
     Raises:
-        ValueError: for a scene with shapes of another kind.
+        ValueError: for a scene with shapes of another kind, a shape that is not there, or positions
+            that are not (m, 2) or not finite.
 
     Reference: J12 §7-8: eqs. 58, 61, 64, 66 and 71.
 
@@ -147,7 +156,8 @@ def tabulate_candidates(
         >>> table.E.shape, table.hessian.shape
         ((1,), (1, 2, 2))
     """
-    x = np.asarray(position, float)
+    x = checked_places(position)
+    check_index("on", on, maps.scene.count)
     solids = _solids(maps, on)
     k = given.directions.shape[0]
     pick = np.random.default_rng(len(x)).permutation(len(x)) % k

@@ -15,7 +15,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_finite, check_shape, is_concrete
+from firstorder._argument_checks import (
+    check_finite,
+    check_not_negative,
+    check_real,
+    check_shape,
+    is_concrete,
+)
 from firstorder._display import Module
 from firstorder.typing import as_float
 
@@ -72,7 +78,7 @@ class Candidates(Module):
             harmonic: (m,), or one number.
 
         Raises:
-            ValueError: if shapes do not fit, or a number is not finite.
+            ValueError: if shapes do not fit, a number is not finite, or a length is negative.
 
         Example:
             >>> import numpy as np
@@ -86,7 +92,9 @@ class Candidates(Module):
         def checked(name, given, shape):
             if given is None:
                 return None
-            given = as_float(given).astype(position.dtype)
+            given = as_float(given)
+            check_real(name, given)
+            given = given.astype(position.dtype)
             check_shape(name, given, shape)
             check_finite(name, given)
             return given
@@ -105,6 +113,8 @@ class Candidates(Module):
         ]
         check_finite("position", position)
         lengths = [spread(given, (m,)) for given in (minimum, harmonic)]
+        for name, given in zip(("minimum", "harmonic"), lengths, strict=True):
+            check_not_negative(name, jnp.where(jnp.isposinf(given), 0.0, given))
         return Candidates(position, *found, checked("tilt", tilt, (m, d)), *lengths)
 
     @staticmethod
@@ -240,6 +250,7 @@ def _checked_derivatives(derivatives: int) -> int:
 def _places(position: ArrayLike) -> Float[Array, "m d"]:
     """Places (m, d); plain arc lengths (m,) become (m, 1)."""
     position = as_float(position)
+    check_real("position", position)
     if position.ndim == 1:
         return position[:, None]
     if position.ndim != 2 or position.shape[1] not in (1, 2):

@@ -59,7 +59,8 @@ def expected_error_with_events(
         value: E at the record, for "relative".
 
     Raises:
-        ValueError: for another order or definition, or a negative radius.
+        ValueError: for another order or definition, a negative radius, or a value that is not
+            positive.
 
     Reference: derived here; J12 eq. 54 is the first term of the sum.
 
@@ -70,6 +71,7 @@ def expected_error_with_events(
         0.0625
     """
     check_not_negative("radius", radius)
+    check_positive("value", value)
     R = as_float(radius)
     terms = _terms(derivatives, order)
     d, J, S = _events(distances, kinks, steps)
@@ -179,7 +181,7 @@ def _radius_of_error(
     # Where E itself jumps over the tolerance, the radius is the distance of that jump.
     polished = jnp.where(jnp.abs(step) <= b - a + 1e-6 * root, root - step, root)
     inside = jnp.where(least >= aim, 0.0, jnp.where(most <= aim, jnp.inf, polished))
-    return jnp.where(jnp.isnan(goal) | jnp.isnan(least), jnp.nan, inside)
+    return nan_unless(~jnp.isnan(goal + least + most), inside)
 
 
 def _terms(derivatives: Sequence[ArrayLike], order: int) -> tuple[tuple[int, Array], ...]:
@@ -221,4 +223,4 @@ def _error(R, terms, d, J, S, definition: str, value) -> Array:
     total = smooth + jnp.sum(0.5 * J * over**2 + S * over, axis=-1)
     if definition == "average":
         return total / jnp.where(R > 0.0, 2.0 * R, 1.0)
-    return total / value if definition == "relative" else total
+    return total / nan_unless(value > 0, value) if definition == "relative" else total

@@ -31,7 +31,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_not_negative, check_positive, check_shape, nan_unless
+from firstorder._argument_checks import (
+    check_finite,
+    check_not_negative,
+    check_positive,
+    check_shape,
+    nan_unless,
+    not_negative,
+)
 from firstorder.caching.regions import _checked_dims
 from firstorder.typing import as_float
 
@@ -195,7 +202,7 @@ def harmonic_mean_distance(
         One length for each row of rays [m].
 
     Raises:
-        ValueError: if a length or a weight is negative. A traced length gives NaN.
+        ValueError: if a length or a weight is negative. A traced one gives NaN.
 
     Reference: Ward et al. 1988, as J12 §4.5 uses it; R07 (37) sums the same 1/D.
 
@@ -209,13 +216,13 @@ def harmonic_mean_distance(
     """
     lengths = _lengths(lengths)
     touches = jnp.any(lengths == 0.0, axis=-1)
-    free = ~jnp.isfinite(lengths)
+    free = jnp.isposinf(lengths)
     inverse = jnp.where(free, 0.0, 1.0 / jnp.where(free | (lengths == 0.0), 1.0, lengths))
     if weights is None:
         mean = jnp.mean(inverse, axis=-1)
     else:
         check_not_negative("weights", weights)
-        w = as_float(weights)
+        w = not_negative(as_float(weights))
         touches = jnp.any((lengths == 0.0) & (w > 0.0), axis=-1)
         mean = jnp.sum(w * inverse, axis=-1) / jnp.sum(w, axis=-1)
     empty = mean == 0.0
@@ -224,8 +231,11 @@ def harmonic_mean_distance(
 
 def _lengths(lengths: ArrayLike) -> Array:
     lengths = as_float(lengths)
-    if lengths.shape[-1:] == (0,):
-        raise ValueError("Argument `lengths` must hold at least one ray, but holds none.")
+    if lengths.shape[-1:] in ((), (0,)):
+        raise ValueError(
+            "Argument `lengths` must hold at least one ray in a row, but has shape "
+            f"{lengths.shape}."
+        )
     check_not_negative("lengths", _finite(lengths))
     return nan_unless(lengths >= 0, lengths)
 
@@ -263,6 +273,7 @@ def neighbour_clamping(position: ArrayLike, length: ArrayLike) -> np.ndarray:
     x, R = np.asarray(position, dtype=float), np.asarray(length, dtype=float)
     if x.ndim != 2:
         raise ValueError(f"Argument `position` must have shape (m, d), but has {x.shape}.")
+    check_finite("position", x)
     check_shape("length", R, x.shape[:1])
     check_not_negative("length", np.where(np.isposinf(R), 0.0, R))
     held = np.empty_like(R)

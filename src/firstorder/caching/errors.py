@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 from scipy import ndimage, optimize
 
-from firstorder._argument_checks import check_count, check_positive
+from firstorder._argument_checks import check_count, check_positive, nan_unless
 from firstorder._display import Module
 from firstorder.caching._records import checked_order
 from firstorder.caching.cache import taylor
@@ -92,6 +92,8 @@ def _checked(definition: str, records: Candidates, order: int, breaks: tuple) ->
     if breaks and records.dims != 1:
         raise ValueError("Argument `breaks` must be left out on a plane.")
     records.derivative(checked_order(order))
+    if definition == "relative":
+        check_positive("value", records.value)
 
 
 class _Rule(Module):
@@ -167,7 +169,8 @@ def ideal_region(
         nodes: of the quadrature.
 
     Returns:
-        The regions, with the codes of `circular_regions` where `low` or `high` is the answer.
+        The regions, with the codes of `circular_regions` where `low` or `high` is the answer; NaN
+        where E is.
 
     Raises:
         ValueError: if the tolerance or a limit is not positive, limits are not in order or `most`
@@ -222,19 +225,21 @@ def _largest(rule: _Rule, E, record: Candidates, shape: Array, limits, breaks):
     """The radius at which a region of one shape has the tolerated error, and what limited it."""
     tolerance, low, high = limits
 
-    def over(R):
+    def error(R):
         matrix = _stretched(R, shape, record.position.shape[-1])
-        return rule.error(E, record, matrix, breaks) > tolerance
+        return rule.error(E, record, matrix, breaks)
 
     def halve(_, ends):
         a, b = ends
         m = jnp.sqrt(a * b)
-        wrong = over(m)
+        wrong = error(m) > tolerance
         return jnp.where(wrong, a, m), jnp.where(wrong, m, b)
 
     a, b = jax.lax.fori_loop(0, 52, halve, (low, high))
-    code = jnp.where(over(low), RAISED, jnp.where(over(high), FREE, CUT))
-    return jnp.where(code == RAISED, low, jnp.where(code == CUT, high, jnp.sqrt(a * b))), code
+    least, most = error(low), error(high)
+    code = jnp.where(least > tolerance, RAISED, jnp.where(most > tolerance, FREE, CUT))
+    radius = jnp.where(code == RAISED, low, jnp.where(code == CUT, high, jnp.sqrt(a * b)))
+    return nan_unless(~jnp.isnan(least + most), radius), code
 
 
 def _best_shape(sizes, record: Candidates, limit: float) -> np.ndarray:
@@ -281,7 +286,7 @@ def largest_set(
     """
     check_positive("tolerance", tolerance)
     check_positive("cell", cell)
-    miss = np.abs(np.asarray(miss))
+    miss = np.abs(np.asarray(miss, float))
     order = np.argsort(miss, axis=None, kind="stable")
     count = np.searchsorted(np.cumsum(miss.ravel()[order]) * cell, tolerance, side="right")
     chosen = np.zeros(miss.size, bool)
@@ -310,7 +315,13 @@ def rms(estimate: ArrayLike, truth: ArrayLike) -> Any:
         >>> rms(np.array([[3.0, 1.0, 4.0, 1.0]]), 1.0).round(6).tolist()  # sqrt((4 + 9) / 4)
         [1.802776]
     """
-    return np.sqrt(np.mean((np.asarray(estimate) - np.asarray(truth)) ** 2, axis=-1))
+    # Levels of pixels are bytes, of which a difference goes around at zero.
+    return np.sqrt(np.mean((_at_least_float(estimate) - _at_least_float(truth)) ** 2, axis=-1))
+
+
+def _at_least_float(a: ArrayLike) -> np.ndarray:
+    a = np.asarray(a)
+    return a if a.dtype.kind in "fc" and a.dtype.itemsize > 2 else a.astype(float)
 
 
 def ssim(a: ArrayLike, b: ArrayLike, span: float, *, sigma: float = 1.5) -> float:

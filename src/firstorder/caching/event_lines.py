@@ -150,8 +150,8 @@ def expected_error_with_lines(
         value: E at the record, for "relative".
 
     Raises:
-        ValueError: for another order or definition, a negative radius, or a position of another
-            number of coordinates.
+        ValueError: for another order or definition, a negative radius, a value that is not
+            positive, or a position of another number of coordinates.
 
     Reference: derived here; J12 eq. 68 is the Taylor term at order 1.
 
@@ -163,6 +163,7 @@ def expected_error_with_lines(
         1.0
     """
     check_not_negative("radius", radius)
+    check_positive("value", value)
     R = as_float(radius)
     kind, (size, power) = _checked(definition, _KINDS), _term(derivative, order)
     given = size, _place(position), lines, as_float(value)
@@ -244,7 +245,7 @@ def _error(R: Array, given: Any, power: int, definition: str) -> Array:
     total = size * R**power + jnp.sum(_behind(R[..., None], position, lines), axis=-1)
     if definition == "average":
         return total / (math.pi * jnp.where(R > 0.0, R, 1.0) ** 2)
-    return total / value if definition == "relative" else total
+    return total / nan_unless(value > 0, value) if definition == "relative" else total
 
 
 def _behind(R: Array, position: Array, lines: EventLines) -> Array:

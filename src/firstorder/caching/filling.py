@@ -18,7 +18,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike
 
-from firstorder._argument_checks import check_integer, check_positive, check_shape
+from firstorder._argument_checks import (
+    check_count,
+    check_integer,
+    check_not_negative,
+    check_positive,
+    check_shape,
+)
 from firstorder._display import in_print
 from firstorder.caching._records import checked_visits
 from firstorder.caching._strips import Strips
@@ -38,15 +44,15 @@ def random_orders(count: int, orders: int, seed: int = 0) -> np.ndarray:
     """Random orders of insertion: an array (orders, count) of indices.
 
     Raises:
-        ValueError: if a number is no integer.
+        ValueError: if a number is no positive integer.
 
     Example:
         >>> from firstorder.caching import random_orders
         >>> sorted(random_orders(4, 2)[0].tolist())
         [0, 1, 2, 3]
     """
-    check_integer("count", count)
-    check_integer("orders", orders)
+    check_count("count", count)
+    check_count("orders", orders)
     rng = np.random.default_rng(seed)
     return np.stack([rng.permutation(count) for _ in range(orders)])
 
@@ -72,7 +78,8 @@ def fill(
         by one, unless there would be more than `most` of them.
 
     Raises:
-        ValueError: if regions and candidates are not as many, or a visit is no candidate's number.
+        ValueError: if regions and candidates are not as many, a visit is no candidate's number, or
+            `most` is negative.
 
     Example:
         >>> import jax.numpy as jnp
@@ -81,6 +88,9 @@ def fill(
         >>> fill(line, circular_regions(jnp.full(5, 0.3), 0.1, 1.0), [2, 0, 1, 3, 4]).tolist()
         [True, False, True, False, True]
     """
+    if most is not None:
+        check_integer("most", most)
+        check_not_negative("most", most)
     return _filler(candidates)(region, checked_visits(visits, candidates.count), most)
 
 

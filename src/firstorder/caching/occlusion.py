@@ -13,8 +13,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_count, check_shape
+from firstorder._argument_checks import check_count, check_index
 from firstorder._display import in_print
+from firstorder.caching._records import checked_places
 from firstorder.caching.candidates import Candidates
 from firstorder.numerics._batching import in_batches
 from firstorder.space.bounces._radiance_maps import RadianceMaps, trace_maps
@@ -23,7 +24,6 @@ from firstorder.space.estimators._triangulation import (
     hemisphere_triangulation,
 )
 from firstorder.space.estimators.occlusion_aware import occlusion_aware_estimate
-from firstorder.typing import as_float
 
 BATCH = 8  # places at a time: what a thousand rays of each need stays in the cache
 BLOCK = 256  # places compiled for: the last block is padded
@@ -74,7 +74,8 @@ def occlusion_table(
         rays: from each place; the largest square number within it is used.
 
     Raises:
-        ValueError: if there are fewer than 4 rays, or positions are not (m, 2).
+        ValueError: if there are fewer than 4 rays, the shape is not there, or positions are not
+            (m, 2), not finite or none.
 
     Reference: after Schwarzhaupt, Jensen and Jarosz 2012, as J12 §9 asks.
 
@@ -88,8 +89,10 @@ def occlusion_table(
         [[[0.0, 0.0], [0.0, 0.0]]]
     """
     check_count("rays", rays)
-    x = as_float(position).astype(jnp.float32)
-    check_shape("position", x, (x.shape[0], 2))
+    check_index("on", on, maps.scene.count)
+    x = jnp.asarray(checked_places(position), jnp.float32)
+    if not len(x):
+        raise ValueError("Argument `position` must hold at least one place, but is empty.")
     single = jax.tree.map(lambda a: a.astype(jnp.float32) if eqx.is_inexact_array(a) else a, maps)
     net = _single(hemisphere_triangulation(rays))
     parts = []

@@ -17,9 +17,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_count, check_not_negative, check_positive, nan_unless
+from firstorder._argument_checks import (
+    check_count,
+    check_not_negative,
+    check_positive,
+    nan_unless,
+    not_negative,
+)
 from firstorder.caching._records import checked_order
 from firstorder.caching.regions import ValidityRegion, _checked_dims, _determinant
+from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._select import safe_sqrt
 from firstorder.typing import as_float
 
@@ -136,7 +143,7 @@ def _third_norm(T: Float[Array, "... 2 2 2"], kind: str, directions: int) -> Flo
     x = jnp.asarray(np.stack([np.cos(phi), np.sin(phi)], -1), T.dtype)
     form = jnp.einsum("...abc,ka,kb,kc->...k", T, x, x, x)
     if kind == "rms":
-        return safe_sqrt(jnp.mean(form * form, axis=-1))
+        return _root_of_sum(form) / math.sqrt(directions)
     form = jnp.abs(form)
     return jnp.mean(form, axis=-1) if kind == "mean" else jnp.max(form, axis=-1)
 
@@ -278,8 +285,9 @@ def radius_for(
     tolerance = as_float(tolerance)
     flat = size == 0.0
     safe = jnp.where(flat, 1.0, size)
-    ratio = nan_unless(tolerance > 0, tolerance) / (law.factor * safe**law.power)
-    return jnp.where(flat, jnp.inf, ratio ** (1.0 / law.exponent))
+    # Roots before the quotient: the square of a derivative may leave the range of float32.
+    reach = (nan_unless(tolerance > 0, tolerance) / law.factor) ** (1.0 / law.exponent)
+    return jnp.where(flat, jnp.inf, reach / safe ** (law.power / law.exponent))
 
 
 def _coefficient(
@@ -310,7 +318,8 @@ def largest_radiance(radiances: Any, quantile: float = 1.0) -> Float[Array, ""]:
         A number, in the unit of the samples [W/(m^2 sr)].
 
     Raises:
-        ValueError: if a radiance is negative, or the quantile is not within (0, 1].
+        ValueError: if there is no radiance, one is negative, or the quantile is not within (0, 1].
+            A traced one that is negative gives NaN.
 
     Reference: J12 footnote 2 (the maximum of the photons' precomputed radiances).
 
@@ -319,11 +328,13 @@ def largest_radiance(radiances: Any, quantile: float = 1.0) -> Float[Array, ""]:
         >>> largest_radiance([0.5, 2.0, 1.0]).item()
         2.0
     """
-    samples = as_float(jnp.asarray(radiances))
+    samples = as_float(radiances)
+    if not samples.size:
+        raise ValueError("Argument `radiances` must hold at least one, but is empty.")
     check_not_negative("radiances", samples)
     if not 0.0 < quantile <= 1.0:
         raise ValueError(f"Argument `quantile` must lie in (0, 1], but is {quantile!r}.")
-    return jnp.quantile(jnp.ravel(samples), quantile)
+    return jnp.quantile(jnp.ravel(not_negative(samples)), quantile)
 
 
 def geometric_bound(hessians: ArrayLike, weights: ArrayLike = 1.0) -> Float[Array, "... 2 2"]:
@@ -356,7 +367,7 @@ def geometric_bound(hessians: ArrayLike, weights: ArrayLike = 1.0) -> Float[Arra
     """
     check_not_negative("weights", weights)
     H = as_float(hessians)
-    w = jnp.broadcast_to(as_float(weights), H.shape[:-2])[..., None, None]
+    w = jnp.broadcast_to(not_negative(as_float(weights)), H.shape[:-2])[..., None, None]
     up = jnp.sum(w * _positive_part(H), axis=-3)
     down = jnp.sum(w * _positive_part(-H), axis=-3)
     difference = up - down
@@ -387,5 +398,12 @@ def _parts(H: Array) -> tuple[Array, Array, Array]:
 
 
 def _length(d: Array, b: Array) -> Array:
-    """Length of (d, b)."""
-    return safe_sqrt(d * d + b * b)
+    """Length of (d, b), whose squares would leave the range of float32 in most units."""
+    return _root_of_sum(jnp.stack(jnp.broadcast_arrays(d, b), -1))
+
+
+def _root_of_sum(a: Float[Array, "... k"]) -> Float[Array, "..."]:
+    """The root of a sum of squares, at zero with the slope zero."""
+    unit = power_of_two(a)
+    unit = jnp.where(jnp.isfinite(unit), unit, 1.0)
+    return unit * safe_sqrt(jnp.sum((a / unit[..., None]) ** 2, -1))

@@ -17,6 +17,7 @@ from firstorder._argument_checks import (
     check_positive,
     check_shape,
     is_concrete,
+    nan_unless,
 )
 from firstorder._display import in_print
 from firstorder.imaging import Pinhole
@@ -95,7 +96,7 @@ def _determinant(matrix: Float[Array, "... d d"]) -> Float[Array, "..."]:
 
 
 def _checked_limits(low: ArrayLike, high: ArrayLike) -> tuple[Array, Array]:
-    """Limits of radii as arrays.
+    """Limits of radii as arrays; traced ones that are none are NaN.
 
     Raises:
         ValueError: if one is not positive, or `low` is above `high`.
@@ -107,7 +108,10 @@ def _checked_limits(low: ArrayLike, high: ArrayLike) -> tuple[Array, Array]:
         first = np.argmax(low > high)
         least, most = (np.broadcast_arrays(low, high)[i].flat[first] for i in (0, 1))
         raise ValueError(f"Argument `high` must be at least {least:g}, but is {most:g}.")
-    return low, high
+    if is_concrete((low, high)):
+        return low, high
+    sound = (low > 0.0) & (low <= high) & (high < jnp.inf)
+    return nan_unless(sound, low), nan_unless(sound, high)
 
 
 def _clamped(radius: ArrayLike, low: ArrayLike, high: ArrayLike) -> tuple[Array, Array]:
@@ -116,7 +120,8 @@ def _clamped(radius: ArrayLike, low: ArrayLike, high: ArrayLike) -> tuple[Array,
     radius = as_float(radius)
     check_not_negative("radius", jnp.where(jnp.isposinf(radius) | jnp.isnan(radius), 0.0, radius))
     code = jnp.where(radius < low, RAISED, jnp.where(radius > high, CUT, FREE))
-    return jnp.where(code == RAISED, low, jnp.where(code == CUT, high, radius)), code
+    held = jnp.where(code == RAISED, low, jnp.where(code == CUT, high, radius))
+    return nan_unless((radius >= 0.0) & (low <= high), held), code
 
 
 def circular_regions(
@@ -135,7 +140,8 @@ def circular_regions(
 
     Returns:
         Their matrices, and codes: 0 where no limit acted, -1 where the radius was raised to `low`,
-        1 where it was cut at `high`. A radius that is NaN stays NaN.
+        1 where it was cut at `high`. A radius that is NaN stays NaN, and traced numbers that would
+        be refused give NaN.
 
     Raises:
         ValueError: if a radius is negative, `low` is not positive or above `high`, or for another

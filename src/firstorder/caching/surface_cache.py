@@ -118,6 +118,18 @@ def _check_freedoms(derivatives: Derivatives) -> None:
         )
 
 
+def _check_row(at: Receiver) -> None:
+    """Refuses receivers that are not in a row.
+
+    Raises:
+        ValueError: if so.
+    """
+    if at.position.ndim != 2:
+        raise ValueError(
+            f"Argument `at` must be a row of receivers, but has positions of {at.position.shape}."
+        )
+
+
 def fill_surface(at: Receiver, radius: ArrayLike, visits: Indices) -> Bool[np.ndarray, " m"]:
     """Selection of records from receivers on any surfaces, visited in the given order.
 
@@ -148,6 +160,7 @@ def fill_surface(at: Receiver, radius: ArrayLike, visits: Indices) -> Bool[np.nd
     """
     check_positive("radius", radius)
     x, n = np.asarray(at.position), np.asarray(at.normal)
+    _check_row(at)
     check_shape("radius", np.asarray(radius), (len(x),))
     R, records = np.asarray(radius, float), np.zeros(len(x), bool)
     rows: list[int] = []
@@ -199,14 +212,15 @@ class SurfaceCache(Module):
 
     at: Receiver
     derivatives: Derivatives
-    radius: Float[Array, " r"]
+    radius: Float[Array, " r"] = eqx.field(converter=as_float)
     order: int = eqx.field(static=True, default=1)
 
     def __check_init__(self):
         """Refuse a cache that could not answer."""
         checked_order(self.order)
         _check_freedoms(self.derivatives)
-        r = self.radius.shape[0]
+        r = self.radius.size
+        check_shape("radius", self.radius, (r,))
         if r == 0:
             raise ValueError("Argument `radius` must hold at least one record, but is empty.")
         check_shape("derivatives", self.derivatives.gradient, (r, FREEDOMS))
@@ -231,7 +245,9 @@ class SurfaceCache(Module):
             chosen: which become records, a mask such as `fill_surface` gives; all if left out.
             order: of the expansions.
         """
-        rows = kept(chosen, np.shape(radius)[0])
+        _check_row(at)
+        check_shape("radius", as_float(radius), at.position.shape[:1])
+        rows = kept(chosen, len(at.position))
         parts = at, derivatives, as_float(radius)
         some = jax.tree.map(lambda a: jnp.asarray(a)[rows], parts)
         return SurfaceCache(*some, order=order)

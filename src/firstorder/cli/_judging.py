@@ -93,7 +93,10 @@ def _events(source: pathlib.Path) -> dict:
 
     if source.suffix != ".py" or not source.is_file():
         raise ValueError(f"Argument `source` must be a .py file, but is {source.name}.")
-    variables = runpy.run_path(str(source))
+    try:
+        variables = runpy.run_path(str(source))
+    except SyntaxError as error:
+        raise ValueError(f"{source.name}, line {error.lineno}: {error.msg}.") from None
     kinds = Event, Chain, Path
     found = {k: v for k, v in variables.items() if isinstance(v, kinds) and k[0] != "_"}
     if not found:

@@ -11,7 +11,7 @@ import os
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_positive, check_real, check_shape
 from firstorder.io.images import LUMINANCE
 from firstorder.plotting.pictures import _write_levels, tone_map
 
@@ -103,7 +103,8 @@ def develop(
     if exposure is None:
         exposure = exposure_of(values)
     check_positive("exposure", exposure)
-    return tone_map(filmic(np.nan_to_num(values, nan=0.0) * exposure), 1.0)
+    with np.errstate(over="ignore"):
+        return tone_map(filmic(np.nan_to_num(values, nan=0.0) * exposure), 1.0)
 
 
 def write_still(
@@ -149,7 +150,8 @@ def tinted(
         tints: red, green and blue of each label, linear; some of it positive.
 
     Raises:
-        ValueError: if a label has no tint, is below -1 or no integer, or a tint is black.
+        ValueError: if a label has no tint, is below -1 or no integer, there is not one for each
+            pixel, or a tint is black.
 
     Example:
         >>> import numpy as np
@@ -173,10 +175,13 @@ def tinted(
             f"Argument `tints` must have a luminance, but row {np.argmax(dark)} has none."
         )
     rows = np.concatenate([tints / luminance[:, None], np.ones((1, 3))])
-    return np.asarray(values, float)[..., None] * rows[labels]
+    values = np.asarray(values, float)
+    check_shape("labels", labels, values.shape)
+    return values[..., None] * rows[labels]
 
 
 def _in_three(values) -> np.ndarray:
+    check_real("values", np.asarray(values))
     values = np.asarray(values, float)
     if values.ndim not in (2, 3) or (values.ndim == 3 and values.shape[-1] != 3):
         raise ValueError(

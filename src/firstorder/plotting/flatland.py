@@ -174,7 +174,7 @@ def draw_curves(axes: Iterable[Axes], curve: dict[str, Any], across: str = "arc"
         x, y = np.insert(curve[across], gap, np.nan), np.insert(curve[key], gap, np.nan, axis=0)
         if len(gap) > 8:  # a polyline: one surface
             x, y = curve[across], curve[key]
-        bands = y.reshape(len(y), -1).T
+        bands = y[None] if y.ndim == 1 else y.T
         colours = [color] if y.ndim == 1 else _BANDS if len(bands) == 3 else COLOURS
         for band, shade in zip(bands, itertools.cycle(colours)):
             ax.plot(x, band, color=shade, linestyle="-", linewidth=1.2)

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.image import AxesImage
 
-from firstorder._argument_checks import check_not_negative, check_positive
+from firstorder._argument_checks import check_not_negative, check_positive, check_real
 from firstorder.plotting._axes import label_axes
 from firstorder.plotting.overlays import print_scale
 from firstorder.plotting.style import MAGNITUDE, RADIANCE, SIGNED
@@ -57,6 +57,8 @@ def show_light_field(
         (-0.5, 0.5)
     """
     values = _checked(values, x, theta)
+    check_real("values", values)
+    values = values.astype(float)
     known = values[np.isfinite(values)]
     signed = bool(np.any(known < 0)) if signed is None else signed
     if limit is not None:
@@ -152,11 +154,16 @@ def log_magnitude(F, reference: float, decades: float) -> np.ndarray:
     """
     check_positive("reference", reference)
     check_positive("decades", decades)
-    return np.log10(np.maximum(np.abs(F) / reference, 10.0**-decades))
+    with np.errstate(over="ignore", divide="ignore"):
+        return np.maximum(np.log10(np.abs(F) / reference), -decades)
 
 
 def _checked(values, x, y) -> np.ndarray:
     values = np.asarray(values)
+    if not values.size:
+        raise ValueError(
+            f"Argument `values` must hold at least one sample, but has shape {values.shape}."
+        )
     if values.shape != (len(x), len(y)):
         raise ValueError(
             f"Argument `values` must have shape {(len(x), len(y))}, but has {values.shape}."

@@ -154,6 +154,8 @@ class _Pixels:
         """Each pixel takes the colour of the cell that it lies in, grey where that is NaN."""
         low, high = self.image.get_clim()
         values = np.asarray(self.image.get_array())
-        shade = np.clip((values - low) * (255.99 / (high - low)), 0, 255)
+        # As matplotlib has it: where the scale has no length all is at its bottom.
+        scale = 255.99 / (high - low) if high > low else 0.0
+        shade = np.clip(np.nan_to_num(values - low) * scale, 0, 255)
         colours = self._colours[np.where(np.isnan(values), 256, shade).astype(int)]
         pixels[self._window] = colours[self._rows, self._columns]

@@ -9,7 +9,7 @@ import matplotlib.image
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_positive, check_real
 from firstorder.io.files import atomic_write
 
 WHITE = 0.995  # the share of pixels that are not burnt out
@@ -38,6 +38,7 @@ def tone_map(
         >>> tone_map(np.array([[0.0], [0.21], [1.0]]), 1.0).tolist()
         [[0, 126, 255]]
     """
+    check_real("values", np.asarray(values))
     values = np.asarray(values, float)
     if values.ndim not in (2, 3):
         raise ValueError(f"Argument `values` must be an image, but has shape {values.shape}.")
@@ -51,7 +52,8 @@ def tone_map(
         white = float(np.quantile(known, WHITE)) if known.size else 1.0
         white = white if white > 0.0 else 1.0
     check_positive("white", white)
-    x = np.clip(np.nan_to_num(values / white), 0.0, 1.0)
+    with np.errstate(over="ignore"):
+        x = np.clip(np.nan_to_num(values / white), 0.0, 1.0)
     curve = np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1.0 / 2.4) - 0.055)
     return np.rint(255.0 * curve).astype(np.uint8).swapaxes(0, 1)[::-1]
 

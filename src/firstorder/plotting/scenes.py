@@ -39,6 +39,9 @@ def draw_surface(ax: Axes, points, *, depth: float = 0.06) -> None:
         points: shape (n, 2) [m].
         depth: of the hatching [m].
 
+    Raises:
+        ValueError: if there are not two different points.
+
     Example:
         >>> from firstorder.plotting import draw_surface, panels
         >>> figure, axes = panels()
@@ -47,7 +50,16 @@ def draw_surface(ax: Axes, points, *, depth: float = 0.06) -> None:
         1
     """
     points = np.asarray(points, dtype=float)
+    if points.ndim != 2 or points.shape[1] != 2 or not len(points):
+        raise ValueError(f"Argument `points` must have shape (n, 2), but has {points.shape}.")
+    same = np.all(points[1:] == points[:-1], axis=1)  # a place given twice has no direction
+    points = points[np.concatenate([[True], ~same])]
+    if len(points) < 2:
+        raise ValueError("Argument `points` must hold two different places, but does not.")
     across = np.gradient(points, axis=0)
+    length = np.linalg.norm(across, axis=1, keepdims=True)
+    turns = length == 0.0  # straight back: the way that it came
+    across = np.where(turns, points - np.roll(points, 1, 0), across)
     down = np.stack([across[:, 1], -across[:, 0]], -1)
     below = points + depth * down / np.linalg.norm(down, axis=1, keepdims=True)
     band = np.concatenate([points, below[::-1]])

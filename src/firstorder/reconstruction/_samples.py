@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from firstorder._argument_checks import check_finite, check_shape
+from firstorder._argument_checks import check_finite, check_real, check_shape
 
 
 def sample_places(p: Any) -> Float[np.ndarray, "n 2"]:
@@ -21,6 +21,7 @@ def sample_places(p: Any) -> Float[np.ndarray, "n 2"]:
         >>> sample_places([(0, 1), (2, 3)]).shape
         (2, 2)
     """
+    check_real("p", np.asarray(p))
     places = np.asarray(p, float)
     if not len(places):
         raise ValueError("Argument `p` must have at least one sample, but has none.")
@@ -34,13 +35,28 @@ def sampled(name: str, x: Any, shape: tuple[int, ...]) -> Float[np.ndarray, "*n"
     """Values at samples or pixels, as an array of the shape that is asked for.
 
     Raises:
-        ValueError: if the shape is another.
+        ValueError: if the shape is another, or numbers are complex.
 
     Example:
         >>> from firstorder.reconstruction._samples import sampled
         >>> sampled("value", [1, 2], (2,)).tolist()
         [1.0, 2.0]
     """
+    check_real(name, np.asarray(x))
     found = np.asarray(x, float)
     check_shape(name, found, shape)
     return found
+
+
+def gaussian_weights(size: Any, least: Any) -> Any:
+    """`exp(-(size^2 - least^2) / 2)`: ratios of Gaussian weights to the largest, however small.
+
+    As a product, so that no square leaves the range of numbers.
+
+    Example:
+        >>> import numpy as np
+        >>> from firstorder.reconstruction._samples import gaussian_weights
+        >>> gaussian_weights(np.array([1e200, 2e200]), 1e200).tolist()
+        [1.0, 0.0]
+    """
+    return np.exp(-0.5 * (size - least) * (size + least))

@@ -85,8 +85,10 @@ def planes(at: Vertices, rows) -> Float[np.ndarray, "k 2"]:
     p, value, label = at.p, at.value, at.label
     _, others = scipy.spatial.KDTree(p).query(p[rows], min(NEIGHBOURS + 1, len(p)))
     d, change = p[others] - p[rows, None], value[others] - value[rows, None]
-    same = 1.0 if label is None else (label[others] == label[rows, None]).astype(float)
-    w = same / np.maximum(np.sum(d * d, -1), 1e-12)
+    w = 1.0 / np.maximum(np.sum(d * d, -1), 1e-12)
+    if label is not None:
+        same = label[others] == label[rows, None]
+        w, change = np.where(same, w, 0.0), np.where(same, change, 0.0)  # others may be NaN
     xx, xy, yy = (np.sum(w * d[..., i] * d[..., j], 1) for i, j in ((0, 0), (0, 1), (1, 1)))
     x, y = (np.sum(w * d[..., i] * change, 1) for i in (0, 1))
     det = xx * yy - xy * xy
@@ -132,13 +134,15 @@ def blended(
         own = None if wanted is None else wanted[alone]
         corner[alone, 0] = _nearest(at.p, at.label, pixel[alone], own)
         weight[alone] = (1.0, 0.0, 0.0)
-    out = at.value[corner]
+    counts = weight > 0.0
+    out = np.where(counts, at.value[corner], 0.0)  # what drops out may be NaN
     if sloped:
         partial = total < 1.0 - 1e-9
         s = np.where(partial, 1.0, 0.5 if scheme == "gradient" else 0.0)
         some = np.flatnonzero(s)
         way = pixel[some, None] - at.p[corner[some]]
-        out[some] += s[some, None] * np.sum(at.gradient[corner[some]] * way, -1)
+        slope = np.where(counts[some, :, None], at.gradient[corner[some]], 0.0)
+        out[some] += s[some, None] * np.sum(slope * way, -1)
     return (np.sum(weight * out, 1) / weight.sum(1)).reshape(width, height)
 
 

@@ -22,12 +22,15 @@ from firstorder._argument_checks import (
     check_count,
     check_finite,
     check_not_negative,
+    check_one,
     check_positive,
+    check_real,
 )
-from firstorder.reconstruction._samples import sample_places, sampled
+from firstorder.reconstruction._samples import gaussian_weights, sample_places, sampled
 
 BLOCK = 65536  # pixels at a time
-ALIKE = 4.0  # sum of squares of depth and normal, in spreads, within which a sample is like a pixel
+ALIKE = 2.0  # root of the squares of depth and normal, in spreads, of a sample like a pixel
+LARGEST = 1e300  # of it: a sky may be as far away as numbers go
 MORE = 8  # times as many neighbours, where none is alike; twice
 
 
@@ -53,10 +56,12 @@ def bilateral_widths(
     """
     check_count("count", count)
     check_positive("factor", factor)
+    check_real("density", np.asarray(density))
     density = np.asarray(density, float)
     check_not_negative("density", density)
     if not np.any(density):
         raise ValueError("Argument `density` must be positive somewhere, but is zero everywhere.")
+    density = density / np.max(density)
     share = np.clip(density * (count / np.sum(density)), 1.0 / density.size, 1.0)
     return factor / np.sqrt(share)
 
@@ -106,10 +111,12 @@ def cross_bilateral(
     for name, number in (("depth_share", depth_share), ("normal_spread", normal_spread),
                          ("width", width), ("depth", depth)):  # fmt: skip
         check_positive(name, number)
+    check_one("depth_share", depth_share)
+    check_one("normal_spread", normal_spread)
     check_count("neighbours", neighbours)
     depth, p = np.asarray(depth, float), sample_places(p)
     shape = depth.shape
-    if len(shape) != 2:
+    if len(shape) != 2 or 0 in shape:
         raise ValueError(f"Argument `depth` must have shape (w, h), but has {shape}.")
     normal, value = sampled("normal", normal, (*shape, 3)), sampled("value", value, p.shape[:1])
     width = sampled("width", width if np.ndim(width) else np.full(shape, width), shape)
@@ -184,8 +191,10 @@ class _Known(NamedTuple):
         """Values of some pixels, and whether any of the k nearest samples is alike."""
         (z, n), (z_i, n_i), (share, spread) = self.own, self.theirs, self.spreads
         far, near = self.tree.query(self.at[rows], np.arange(1, k + 1), workers=-1)
-        unlike = ((z[rows, None] - z_i[near]) / (share * z[rows, None])) ** 2
-        unlike += np.sum((n[rows, None] - n_i[near]) ** 2, -1) / spread**2
-        exponent = (far / self.width[rows, None]) ** 2 + unlike
-        w = np.exp(-0.5 * (exponent - np.min(exponent, 1, keepdims=True)))
+        with np.errstate(over="ignore"):
+            deep = (z[rows, None] - z_i[near]) / z[rows, None] / share
+            turned = np.linalg.norm(n[rows, None] - n_i[near], axis=-1) / spread
+            unlike = np.minimum(np.hypot(deep, turned), LARGEST)
+            size = np.minimum(np.hypot(far / self.width[rows, None], unlike), LARGEST)
+            w = gaussian_weights(size, np.min(size, 1, keepdims=True))
         return np.sum(w * self.value[near], 1) / np.sum(w, 1), np.min(unlike, 1) < ALIKE

@@ -15,7 +15,13 @@ import functools
 import numpy as np
 from jaxtyping import ArrayLike, Bool, Float, Int
 
-from firstorder._argument_checks import check_count, check_finite, check_integer
+from firstorder._argument_checks import (
+    check_count,
+    check_finite,
+    check_integer,
+    check_not_negative,
+    check_real,
+)
 
 SPREAD = 1.5  # of the Gaussian, in pixels, as Ulichney has it
 START = 0.1  # share of the pixels that are spread out first
@@ -119,6 +125,10 @@ def blue_noise_samples(
         >>> int(found[:32].sum()), int(found[32:].sum())
         (299, 101)
     """
+    check_real("density", np.asarray(density))
+    check_integer("side", side)
+    check_integer("seed", seed)
+    check_not_negative("seed", seed)
     share = _shares(np.asarray(density, float), count)
     tile = _ranks(side, seed)
     repeats = [-(-n // side) for n in share.shape]
@@ -145,6 +155,7 @@ def _shares(density: np.ndarray, count: int) -> np.ndarray:
             f"Argument `count` must be at most {np.count_nonzero(open_)}, the pixels of which the "
             f"density is not zero, but is {count}."
         )
+    density = density / np.max(density)
     share, full = np.zeros_like(density), np.zeros(density.shape, bool)
     while True:
         rest = open_ & ~full

@@ -22,12 +22,13 @@ import numpy as np
 import scipy.spatial
 from jaxtyping import ArrayLike, Float
 
-from firstorder._argument_checks import check_count, check_finite, check_integer, check_positive
+from firstorder._argument_checks import check_count, check_finite, check_positive
 from firstorder._display import in_print
-from firstorder.reconstruction._samples import sample_places, sampled
+from firstorder.reconstruction._samples import gaussian_weights, sample_places, sampled
 
 BLOCK = 16384  # pixels at a time
-LEAST = 1e-100  # distance of samples that stand at the pixel; its square is above 0 [pixels]
+LEAST = 1e-100  # distance of samples that stand at the pixel [pixels]
+LARGEST = 1e300  # of a step over a width
 
 
 class DirectionalCoherence(NamedTuple):
@@ -77,6 +78,10 @@ def directional_coherence(
     gradient = sampled("gradient", gradient, p.shape)
     check_count("neighbours", neighbours)
     check_finite("gradient", gradient)
+    at = np.asarray(at, float)
+    if at.ndim != 2 or at.shape[1] != 2:
+        raise ValueError(f"Argument `at` must have shape (k, 2), but has {at.shape}.")
+    check_finite("at", at)
     near = scipy.spatial.KDTree(p).query(at, _numbers(neighbours, len(p)))[1]
     return _agreed(gradient[near])
 
@@ -110,8 +115,8 @@ def coherent_image(
         voters: samples whose gradients tell the direction.
 
     Raises:
-        ValueError: without samples, for shapes that do not fit, numbers that are not finite, a
-            width that is not positive or a stretch below 1.
+        ValueError: without samples or pixels, for shapes that do not fit, numbers that are not
+            finite, a width that is not positive or a stretch below 1.
 
     Reference: Guo 1998; R07 §9.2, whose gradients take the place of his tests.
 
@@ -123,10 +128,14 @@ def coherent_image(
         >>> coherent_image(p, 0.0 * p[:, 0] + 2.0, right, (12, 12)).round(6)[0, 0].item()
         2.0
     """
-    check_integer("voters", voters)
+    check_count("voters", voters)
+    check_count("neighbours", neighbours)
+    if len(shape) != 2:
+        raise ValueError(f"Argument `shape` must be a width and a height, but is {shape!r}.")
+    for side in shape:
+        check_count("shape", side)
     p = sample_places(p)
     value = sampled("value", value, p.shape[:1])
-    check_count("neighbours", min(neighbours, voters))
     check_positive("width", width)
     check_finite("value", value)
     check_finite("stretch", stretch)
@@ -152,6 +161,8 @@ def _numbers(neighbours: int, count: int) -> np.ndarray:
 
 def _agreed(gradient: Float[np.ndarray, "k m 2"]) -> DirectionalCoherence:
     """First axis of the sum of `g g^T`, and how far its eigenvalues are apart."""
+    most = np.max(np.abs(gradient), (1, 2), keepdims=True)
+    gradient = gradient / np.where(most > 0.0, most, 1.0)  # squares keep their range
     gx, gy = gradient[..., 0], gradient[..., 1]
     total = np.sum(gx * gx + gy * gy, -1)
     difference, mixed = np.sum(gx * gx - gy * gy, -1), 2.0 * np.sum(gx * gy, -1)
@@ -174,6 +185,7 @@ def _weighted(steps: np.ndarray, value: np.ndarray, width: float, neighbours: in
     """Means of the nearest values, by Gaussians as wide as the fourth of them is far."""
     order = np.argsort(steps, 1)[:, :neighbours]
     steps, value = (np.take_along_axis(a, order, 1) for a in (steps, value))
-    h = width * np.maximum(steps[:, [min(3, steps.shape[1] - 1)]], LEAST)
-    w = np.exp(-0.5 * (steps**2 - steps[:, :1] ** 2) / h**2)
+    with np.errstate(over="ignore"):
+        h = np.maximum(width * np.maximum(steps[:, [min(3, steps.shape[1] - 1)]], LEAST), LEAST)
+        w = gaussian_weights(np.minimum(steps / h, LARGEST), np.minimum(steps[:, :1] / h, LARGEST))
     return np.sum(w * value, 1) / np.sum(w, 1)

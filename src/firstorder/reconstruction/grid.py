@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder._argument_checks import check_finite, is_concrete
+from firstorder._argument_checks import check_finite, is_concrete, nan_unless
 from firstorder._display import Module
 from firstorder.reconstruction._cells import cell_of
 from firstorder.reconstruction.hermite import hermite_basis
@@ -194,14 +194,16 @@ class GridInterpolant(Module):
         units = jnp.stack([jnp.ones_like(h[0]), h[0], h[1], h[0] * h[1]], -1)
         at = i[..., None, None] + np.array([[0], [1]]), j[..., None, None] + np.array([[0, 1]])
         corners = self._completed()[at] * units[..., None, None, :]
+        sound = _within(self.x, x) & _within(self.y, y)
+        sound &= jnp.all(jnp.diff(self.x) > 0.0) & jnp.all(jnp.diff(self.y) > 0.0)
+        if self.labels is None or label is None:
+            return nan_unless(sound, _combined(self.scheme, s, t, corners))
+        same = self.labels[at] == jnp.asarray(label)[..., None, None]
+        corners = jnp.where(same[..., None], corners, 0.0)  # the others may be NaN
+        some = _inverse_distance(s, t, corners, same)
         value = _combined(self.scheme, s, t, corners)
-        if self.labels is not None and label is not None:
-            same = self.labels[at] == jnp.asarray(label)[..., None, None]
-            some = _inverse_distance(s, t, corners, same)
-            some = jnp.where(jnp.any(same, (-2, -1)), some, jnp.nan)
-            value = jnp.where(jnp.all(same, (-2, -1)), value, some)
-        inside = _within(self.x, x) & _within(self.y, y)
-        return jnp.where(inside, value, jnp.nan)
+        value = jnp.where(jnp.all(same, (-2, -1)), value, some)
+        return nan_unless(sound & jnp.any(same, (-2, -1)), value)
 
     def _completed(self) -> Float[Array, "n m 4"]:
         """Value, both slopes and the mixed derivative at each node, as the scheme wants them."""

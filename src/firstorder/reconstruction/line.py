@@ -400,6 +400,7 @@ def _even(ends, initial: int):
     grid = (low + (high - low) * t).at[:, -1].set(ends[1:])  # the sum may miss it by a rounding
     # At a break, ask for the value on the piece's own side.
     hair = 64.0 * float(jnp.finfo(ends.dtype).eps) * jnp.max(jnp.abs(ends))
-    inner = jnp.clip(grid, low + hair, high - hair)
+    near = jnp.minimum(hair, 0.25 * (high - low)[:, 0] / (initial - 1))
+    inner = grid.at[:, 0].add(near).at[:, -1].add(-near)
     inner = inner.at[0, 0].set(ends[0]).at[-1, -1].set(ends[-1])
     return grid.ravel(), inner.ravel(), hair

@@ -183,7 +183,8 @@ def _shaded(shade: Shade, p: Places) -> ShadedSamples:
                 f"Argument `shade` must return one {what} for each place, shape {shape}, but gives "
                 f"shape {x.shape}."
             )
-    return found._replace(value=value, gradient=gradient)
+    more = None if found.more is None else np.asarray(found.more)
+    return found._replace(value=value, gradient=gradient, more=more)
 
 
 def _first(width: int, height: int, block: int) -> tuple[Places, int]:
@@ -322,6 +323,11 @@ class _Tree:
                 self.gradient = np.zeros_like(self.p)
             self.gradient[at] = found.gradient
         importance = np.asarray(self.metric(QuadtreeCells(size, found, *around)), float)
+        if importance.shape != size.shape:
+            raise ValueError(
+                f"Argument `metric` must give one number for each square, shape {size.shape}, but "
+                f"gives shape {importance.shape}."
+            )
         if not np.all(importance >= 0.0):
             raise ValueError("Argument `metric` must give numbers from 0 up, but does not.")
         if self.thorough:

@@ -8,6 +8,7 @@ from typing import Any
 
 import sympy
 
+from firstorder._argument_checks import check_kind
 from firstorder._display import in_notebook
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
@@ -33,6 +34,7 @@ def formula(field: Field) -> Formula:
 
     Raises:
         Refused: if the field computes something that is no expression, such as a search.
+        TypeError: if it is no field.
 
     Example:
         >>> import sympy
@@ -41,6 +43,7 @@ def formula(field: Field) -> Formula:
         >>> formula(GaussianProfile(sympy.Symbol("sigma", positive=True))).expression
         sqrt(2)*exp(-theta**2/(2*sigma**2))/(2*sqrt(pi)*sigma)
     """
+    check_kind("field", field, Field, "a field")
     return _laws.of_field(field)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import sympy
 
+from firstorder._argument_checks import what
 from firstorder._labelled import DataFrame, data_frame
 from firstorder.errors import Refused
 from firstorder.laws import Convolve, Integrate, Law, Move, Multiply, Warp
@@ -116,6 +117,7 @@ def effects(steps: Mapping[str, Event | Chain] | None = None) -> EffectTable:
         steps: events or chains by their names; left out, those of D05's Table 1 (`table_1`).
 
     Raises:
+        TypeError: if the steps have no names.
         ValueError: if a step takes no light of flatland.
 
     Reference: D05 Table 1 (§5.3), whose rows 3 and 4 are misprinted.
@@ -130,6 +132,11 @@ def effects(steps: Mapping[str, Event | Chain] | None = None) -> EffectTable:
           spectrum (shear): L_hat(Omega_x, Omega_v + Omega_x*d)
     """
     steps = table_1() if steps is None else steps
+    if not isinstance(steps, Mapping):
+        raise TypeError(
+            f"Argument `steps` must hold events by their names, but is {what(steps)}: "
+            "write {'travel': Travel(1.0)}."
+        )
     return EffectTable(tuple(_effect(name, step) for name, step in steps.items()))
 
 

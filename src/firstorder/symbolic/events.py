@@ -18,6 +18,7 @@ from firstorder.laws.base import Law
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
 from firstorder.laws.warp import Warp
+from firstorder.symbolic._jumps import check_one_number, check_real_expression
 from firstorder.symbolic._programs.exact import Expr
 from firstorder.symbolic._programs.numeric import (
     ExpressionField,
@@ -65,8 +66,8 @@ def event(
         The event; a chain of two where both a map and a factor are given.
 
     Raises:
-        ValueError: if a symbol has no number, or the map has no inverse near the central ray: then
-            it says where it folds.
+        ValueError: if a symbol has no number, an expression is complex, or the map has no inverse
+            near the central ray: then it says where it folds.
 
     Example:
         >>> import sympy
@@ -77,6 +78,12 @@ def event(
         >>> lens(gaussian((0.0, 0.0), (1.0, 1.0)))(1.0, -2.0).item()  # a parallel ray, bent
         0.6065306597126334
     """
+    for what, given in (("rays", rays), ("source", source)):
+        for expression in (given or {}).values():
+            check_real_expression(what, sympy.sympify(expression))
+    if factor is not None:
+        check_real_expression("factor", sympy.sympify(factor))
+    rays, source = rays or None, source or None  # a map of nothing is none
     if rays is not None and source is not None:
         raise ValueError("Arguments `rays` and `source` say the same: give one of them.")
     numbers = _parameters(parameters)
@@ -176,7 +183,10 @@ def _named(rays: Mapping[Any, Any]) -> dict[str, Expr]:
 
 def _parameters(parameters: Mapping[Any, Any] | None) -> dict[str, Any]:
     """Numbers by name."""
-    return {str(s): as_float(value) for s, value in (parameters or {}).items()}
+    numbers = {str(s): as_float(value) for s, value in (parameters or {}).items()}
+    for name, number in numbers.items():
+        check_one_number(f"parameters[{name}]", number)
+    return numbers
 
 
 def _with(entries: tuple, coordinates: Symbols, parameters: dict[str, Array], name: str):

@@ -8,6 +8,7 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 
+from firstorder._argument_checks import check_finite
 from firstorder.errors import Refused
 from firstorder.fields.jet import Jet
 from firstorder.laws import Law, Move, Warp
@@ -97,7 +98,7 @@ def explain(path: Any, ray: Any = None) -> Explanation:
 
     Raises:
         TypeError: if it is no path.
-        ValueError: if the ray has not the coordinates of the light.
+        ValueError: if the ray has not the coordinates of the light, or one is not finite.
 
     Example:
         >>> from firstorder.conventions import FLATLAND_SLOPE
@@ -118,6 +119,8 @@ def explain(path: Any, ray: Any = None) -> Explanation:
         path = Path(UnknownField("L", frame=fitting_frame(path.events)), path)
     if not isinstance(path, Path):
         raise TypeError(f"Argument `path` must be a path or a chain, but is {type(path).__name__}.")
+    if ray is not None:
+        check_finite("ray", as_float(ray))
     numbers = ray is not None and not has_symbols(path) and not _unknown(path)
     fields = path.steps if numbers else (None,) * (len(path.events) + 1)
     laws = derive(path).laws

@@ -17,6 +17,7 @@ from firstorder.conventions import UNSTATED, Frame, fourier_kernel
 from firstorder.fields.kernel import Profile
 from firstorder.numerics._quadrature import composite_gauss_legendre, gauss_legendre
 from firstorder.symbolic._energy import LobeBandLimit, measured_band_limit
+from firstorder.symbolic._jumps import check_one_number, check_real_expression, refuse_jumps
 from firstorder.symbolic._programs.exact import Expr
 from firstorder.symbolic._programs.moments import moment
 from firstorder.symbolic._programs.numeric import Expressions, free_of
@@ -63,8 +64,8 @@ def lobe(
         frame: names of all coordinates; left out, those that the axis names.
 
     Raises:
-        ValueError: if a symbol has no number, the lobe has a kink, is zero, or neither dies out
-            nor is given an end.
+        ValueError: if a symbol has no number, the lobe has a kink or a jump, is complex, no number
+            or zero, or neither dies out nor is given an end.
 
     Example:
         >>> import sympy
@@ -90,11 +91,16 @@ def lobe(
             "Argument `profile` must have no kink: its second derivative is a Dirac there, which "
             "the Hessian of light after the lobe would miss."
         )
+    for s, number in numbers.items():
+        check_one_number(f"parameters[{s}]", number)
     values = tuple(numbers[s.name] for s in free)
     expressions = Expressions((entry,), (symbol,), tuple(free), values)
+    check_real_expression("profile", entry)
     if half_width is None:
         half_width = _end(expressions, axis)
     half_width = as_float(half_width)
+    check_positive("half_width", half_width)
+    refuse_jumps(expressions, half_width)
     return ExpressionLobe(expressions, half_width, _trusted(expressions, half_width), axis, frame)
 
 
@@ -135,7 +141,10 @@ class ExpressionLobe(Profile):
         """The expression and its derivatives; zeros beyond the end."""
         inside = jnp.abs(t) < self.end
         (p,), d, dd = self.expressions.derivatives(jnp.where(inside, t, 0.0)[None])
-        p, d, dd = (jnp.where(inside, a, 0.0) for a in (p, d[0, 0], dd[0, 0, 0]))
+        parts = (jnp.where(inside, a, 0.0) for a in (p, d[0, 0], dd[0, 0, 0]))
+        if not is_concrete(self.end):
+            parts = (nan_unless(self.end > 0.0, a) for a in parts)
+        p, d, dd = parts
         return p, d, dd
 
     def _nodes(self) -> tuple[Array, Array, tuple[Array, Array, Array]]:
@@ -274,6 +283,12 @@ def _last_alive(expressions: Expressions, t: np.ndarray) -> int:
     """Number of the last place at which a lobe has not died out, on either side."""
     run = jax.vmap(lambda t: expressions(t[None])[0])
     size = np.maximum(np.abs(run(jnp.asarray(t))), np.abs(run(jnp.asarray(-t))))
+    if not np.all(np.isfinite(size)):
+        where = t[~np.isfinite(size)][0]
+        raise ValueError(
+            f"Argument `profile` must be a finite number wherever the lobe is, but is none at "
+            f"{where:.3g} or {-where:.3g}: give `half_width`, where it ends."
+        )
     alive = np.flatnonzero(~(size <= DEAD * np.max(size)))
     if not alive.size:
         raise ValueError("Argument `profile` must not be zero, but is, wherever it is looked at.")

@@ -60,6 +60,9 @@ def parse_expression(text: str, names: Iterable[str]) -> Expr:
     found = _built(tree.body, symbols)
     if found.has(sympy.zoo, sympy.nan, sympy.oo):
         raise ValueError(f"{text.strip()!r} is not finite.")
+    for part in sympy.preorder_traversal(found):
+        if part.is_number and part.is_extended_real is False:
+            raise ValueError(f"{text.strip()!r} is not real.")
     return found
 
 

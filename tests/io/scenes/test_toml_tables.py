@@ -219,3 +219,7 @@ def test_other_values_are_told_what_they_must_be(read, words, values):
         with pytest.raises(ValueError, match=re.escape(words)) as caught:
             getattr(toml, read)(value)
         assert str(caught.value) == words, value
+
+
+def test_the_mark_that_some_editors_put_first_is_no_part_of_the_text():
+    assert parsed(b"\xef\xbb\xbfa = 1\n", "f") == ("a = 1\n", {"a": 1})

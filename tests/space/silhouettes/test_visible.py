@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder import space
 from firstorder.space import (
     Scene,
     box,
@@ -238,3 +239,37 @@ def test_many_parts_are_asked_for_in_blocks_and_get_the_same_answers(monkeypatch
     assert np.any(whole.sides.seen)
     for one, other in zip(jax.tree.leaves(whole), jax.tree.leaves(parts), strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+LAMP = space.primitive(
+    space.rectangle((0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0)), emission=1.0
+)
+
+
+@pytest.mark.parametrize("normal", [(0.0, 0.0, 0.0), (jnp.nan, 0.0, 1.0)])
+def test_a_traced_receiver_without_a_normal_sees_nothing_that_is_known(normal):
+    plate = space.rectangle((0.0, 0.1, 1.0), (0.2, 0.0, 0.0), (0.0, 0.2, 0.0))
+    scene = space.Scene.of(LAMP, space.primitive(plate))
+
+    @jax.jit
+    def edges(normal):
+        at = space.Receiver.at((0.0, 0.0, 0.0), normal)
+        return space.boundary_gradient(scene, at), space.visible_silhouettes(scene, at).sound
+
+    found, sound = edges(jnp.array(normal))
+    assert jnp.isnan(found).all()
+    assert not sound
+    found, sound = edges(jnp.array([0.0, 0.0, 1.0]))
+    assert jnp.isfinite(found).all()
+    assert sound
+
+
+@pytest.mark.parametrize("function", [space.irradiance, space.net_visibility])
+def test_a_traced_ball_around_the_receiver_has_nan_derivatives(function):
+    def light(radius):
+        ball = space.primitive(space.sphere((0.0, 0.1, 1.0), radius))
+        return function(space.Scene.of(LAMP, ball), space.Receiver.at((0.0, 0.0, 0.0)))
+
+    found = jax.jit(jax.value_and_grad(light))
+    assert jnp.isnan(jnp.stack(found(1.2))).all()
+    assert jnp.isfinite(jnp.stack(found(0.1))).all()

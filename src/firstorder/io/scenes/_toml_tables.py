@@ -26,7 +26,7 @@ Lines: TypeAlias = Mapping[tuple[str, int, str], int]
 def parsed(source: str | bytes, file: str) -> tuple[str, dict[str, Any]]:
     """The text and what tomllib reads from it; its refusals become our sentences."""
     try:
-        text = source.decode("utf-8") if isinstance(source, bytes) else source
+        text = source.decode("utf-8-sig") if isinstance(source, bytes) else source
     except UnicodeDecodeError as error:
         line = source[: error.start].count(b"\n") + 1
         raise Place(file, line).error("the text must be UTF-8, but is not.") from None

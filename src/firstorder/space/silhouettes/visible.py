@@ -68,7 +68,7 @@ class VisibleSilhouettes(Module):
         rims: what lies on either side of those.
         azimuths: ends of the parts of the horizon, shape (h + 1,) [rad].
         above: number of the shape seen just above each part, -1 for the sky.
-        sound: whether the receiver is outside of all shapes.
+        sound: whether the receiver has a normal and is outside of all shapes.
     """
 
     straight: SilhouetteSegments
@@ -171,7 +171,7 @@ def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
         rims,
         cut.azimuths,
         cut.above,
-        _is_outside(scene, found),
+        _is_outside(scene, found) & jnp.all(jnp.isfinite(at.axes)),
     )
 
 
