@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import abc
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
@@ -32,7 +31,6 @@ from firstorder.numerics._host import hosted
 from firstorder.numerics._select import either, grazing
 from firstorder.numerics._vectors import (
     Coordinates,
-    apart,
     cross_apart,
     dot,
     dot_apart,
@@ -41,10 +39,8 @@ from firstorder.numerics._vectors import (
     unit,
 )
 from firstorder.scene._sides import closed_front
+from firstorder.space.shapes._prepared import Distance, Point, Prepared
 from firstorder.typing import as_array, as_float
-
-Point = Float[Array, "3"]
-Distance = Float[Array, ""]
 
 
 class Shape(Module):
@@ -166,31 +162,6 @@ class Shape(Module):
     def middle(self, eye: Point) -> Point:
         """A point whose direction is inside what an eye sees of the shape."""
         return self.center
-
-
-class Prepared(Module):
-    """Shapes of one kind by the maps that make them canonical.
-
-    Attributes:
-        center: what goes to the origin [m].
-        turn: matrix of the map, without the shift [1/m].
-        kind: whose ray test it is.
-    """
-
-    center: Float[Array, "*n 3"]
-    turn: Float[Array, "*n 3 3"]
-    kind: type[Shape] = eqx.field(static=True)
-
-    @property
-    def count(self) -> int:
-        """Number of shapes."""
-        return self.center.shape[0]
-
-    def distance(self, origin: Point, along: Point, own: Bool[Array, ""] | bool) -> Distance:
-        """`Shape.distance`."""
-        o, d = matvec(self.turn, origin - self.center), matvec(self.turn, along)
-        t = self.kind.canonical_distance(apart(o), apart(d))
-        return either((t > 0.0) & ~jnp.asarray(own), t, jnp.inf)
 
 
 class Ellipsoids(Shape):

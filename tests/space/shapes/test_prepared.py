@@ -1,0 +1,74 @@
+"""Distances to shapes as searches ask for them: rays along axes, from inside, from the shape."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from firstorder.space import Boxes, Cylinders, Discs, Ellipsoids, Planes, Rectangles, Triangles
+
+INF = np.inf
+# Canonical origins and directions, with the distances that geometry gives, kind by kind.
+RAYS = {
+    Ellipsoids: [
+        ((0, 0, -3), (0, 0, 1), 2),
+        ((0, 0, 0), (1, 0, 0), 1),
+        ((0.6, 0, 0), (0, -1, 0), 0.8),
+        ((0, 0, 3), (0, 0, 1), INF),
+        ((0, 1.5, -3), (0, 0, 1), INF),
+        ((0.6, 0, -9), (0, 0, 1), 8.2),
+    ],
+    Boxes: [
+        ((0.5, 0.5, -3), (0, 0, 1), 2),
+        ((0.5, 0.5, 0), (0, -1, 0), 1.5),
+        ((1.5, 0, -3), (0, 0, 1), INF),
+        ((-1.5, 0, 0), (0, 0, 1), INF),
+        ((0, 0, 3), (0, 0, 1), INF),
+        ((-2, 0, 0), (1, 0, 0), 1),
+        ((2, 0, 0), (-0.8, 0, 0.6), 1.25),
+    ],
+    Cylinders: [
+        ((0.5, 0, -3), (0, 0, 1), 2),
+        ((0.5, 0, 0), (0, 0, -1), 1),
+        ((1.5, 0, -3), (0, 0, 1), INF),
+        ((-3, 0.6, 0), (1, 0, 0), 2.2),
+        ((0, 0.6, 0), (-1, 0, 0), 0.8),
+        ((-3, 0, 1.5), (1, 0, 0), INF),
+        ((0, 0, 3), (0, 0, 1), INF),
+    ],
+    Discs: [
+        ((0.5, 0, 2), (0, 0, -1), 2),
+        ((0.5, 0, -2), (0, 0, 1), 2),
+        ((0.5, 0, 2), (0, 0, 1), INF),
+        ((0.9, 0.9, 2), (0, 0, -1), INF),
+        ((-2, 0, 0.1), (1, 0, 0), INF),
+    ],
+    Rectangles: [((0.9, -0.9, 2), (0, 0, -1), 2), ((1.1, 0, 2), (0, 0, -1), INF)],
+    Triangles: [((0.4, 0.5, 2), (0, 0, -1), 2), ((0.6, 0.5, 2), (0, 0, -1), INF)],
+    Planes: [((40, 7, 2), (0.6, 0, -0.8), 2.5), ((0, 0, 2), (1, 0, 0), INF)],
+}
+TURN = np.linalg.qr(np.random.default_rng(8).normal(size=(3, 3)))[0]
+
+
+@pytest.mark.parametrize("kind", RAYS, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("turn", [np.eye(3), TURN * np.linalg.det(TURN)], ids=["upright", "turned"])
+@pytest.mark.parametrize("size", [1.0, 1e-9, 1e9])
+def test_distances_are_those_of_geometry(kind, turn, size):
+    """Of rays along the axes too, where a slab has no quotient, and of any size."""
+    o, d, true = (np.array(a, float) for a in zip(*RAYS[kind], strict=True))
+    center = size * np.array([0.3, -0.2, 0.5])
+    shapes = kind(np.stack([center] * 2), np.stack([size * turn, 2.0 * size * turn]))
+    prepared = jax.vmap(lambda shape: shape.prepared())(shapes)
+    one = jax.tree.map(lambda a: a[0], prepared)
+    ask = jax.jit(jax.vmap(lambda o, d, own: one.distance(o, d, own)))
+    start, along = jnp.asarray(center + size * o @ turn.T), jnp.asarray(d @ turn.T)
+    nowhere = jnp.zeros(len(o), bool)
+    np.testing.assert_allclose(ask(start, along, nowhere), size * true, rtol=1e-9)
+    assert np.all(np.isinf(ask(start, along, ~nowhere)))
+    assert prepared.count == 2
+
+
+def test_a_disc_is_not_met_edge_on():
+    """By a ray that lies in its plane, for which there is no quotient."""
+    one = jax.tree.map(lambda a: a[0], Discs(np.zeros(3), np.eye(3)).prepared())
+    assert jnp.isinf(one.distance(jnp.array([-2.0, 0.0, 0.0]), jnp.array([1.0, 0.0, 0.0]), False))
