@@ -140,20 +140,59 @@ def test_each_shape_answers_for_itself():
 @pytest.mark.parametrize("directions", [1, 70])
 def test_free_ways_end_at_the_nearest_shape(directions):
     """Of all places in all directions, which may be the same everywhere, and of any length."""
-    rays = 3.0 * ALONG[None] if directions == 1 else jnp.stack([jnp.roll(ALONG, k, 0) for k in
-                                                                range(70)])  # fmt: skip
+    turned = [ALONG] if directions == 1 else [jnp.roll(ALONG, k, 0) for k in range(70)]
+    rays = 3.0 * jnp.stack(turned)[:, :30]
     on = jnp.where(jnp.arange(70) % 3 == 0, 4, intersect.MISS)
     found = intersect.free_ways(GROUPS, ORIGINS, list(jnp.moveaxis(rays, -1, 0)), on)
-    rays = jnp.broadcast_to(rays, (70, 70, 3))
+    rays = jnp.broadcast_to(rays, (70, 30, 3))
     true = jnp.stack([
         jax.vmap(shape.distance, (0, 0, 0))(
-            jnp.repeat(ORIGINS, 70, 0), rays.reshape(-1, 3), jnp.repeat(on == k, 70)
+            jnp.repeat(ORIGINS, 30, 0), rays.reshape(-1, 3), jnp.repeat(on == k, 30)
         )
         for k, shape in enumerate(each for g in GROUPS for each in rows(g))
     ])  # fmt: skip
-    np.testing.assert_allclose(found, true.min(0).reshape(70, 70), rtol=1e-12)
+    np.testing.assert_allclose(found, true.min(0).reshape(70, 30), rtol=1e-12)
 
 
 def rows(group):
     """The shapes of a group one by one."""
     return [jax.tree.map(lambda a, k=k: a[k], group) for k in range(group.count)]
+
+
+@pytest.mark.parametrize("count", [1, 5, 16, 17, 33, 50])
+def test_of_shapes_close_behind_each_other_the_nearest_counts(count):
+    """Squares a millionth of their distance apart, whatever their numbers and ranks."""
+    draw = np.random.default_rng(count)
+    order = draw.permutation(count)
+    heights = 1.0 + 1e-6 * order
+    walls = Rectangles(heights[:, None] * [0.0, 0.0, 1.0], np.stack([np.eye(3)] * count))
+    rank = jnp.asarray(draw.permutation(count), jnp.int32)
+    up = jnp.stack([jnp.zeros(40), jnp.linspace(-0.3, 0.3, 40), jnp.ones(40)], 1)
+    up = up / jnp.linalg.norm(up, axis=1, keepdims=True)
+    on = jnp.asarray(draw.integers(-1, count, 40))
+    found = np.asarray(intersect.first_shape((walls,), rank, (jnp.zeros((40, 3)), up, on)))
+    second = np.where(order == order.min(), count, order).argmin() if count > 1 else intersect.MISS
+    first = order.argmin()
+    # A rank stands for a shape: that which met is the rank's, and no ray meets its own shape.
+    met = np.where(np.asarray(on) == first, second, first)
+    np.testing.assert_array_equal(found, np.where(met < 0, -1, np.asarray(rank)[met]))
+
+
+def test_of_shapes_in_one_place_the_highest_rank_counts():
+    """One that shines before one that does not, and then the later one; in any chunk."""
+    emission = np.zeros((20, 2))
+    emission[[3, 11, 17], [0, 1, 0]] = 1.0
+    rank = intersect.ranks(jnp.asarray(emission))
+    true = np.arange(20) + 20 * (emission.max(1) > 0.0)
+    np.testing.assert_array_equal(rank, true)
+    some = np.array([2, 3, 17, 19])
+    np.testing.assert_array_equal(intersect.ranks_among(rank, some), [0, 5, 6, 3])
+    walls = Rectangles(np.tile([0.0, 0.0, 2.0], (20, 1)), np.stack([np.eye(3)] * 20))
+    rays = (
+        jnp.zeros((4, 3)),
+        jnp.tile(jnp.array([0.0, 0.0, 1.0]), (4, 1)),
+        jnp.array([-1, 17, 3, 19]),
+    )
+    for chunk in (1, 3, 16, 20):
+        found = intersect.first_shape((walls,), rank, rays, chunk=chunk)
+        np.testing.assert_array_equal(found, [17, 11, 17, 17])
