@@ -150,22 +150,25 @@ def _prepared(groups: Sequence[Any]) -> tuple[Any, ...]:
     return tuple(jax.vmap(lambda shape: shape.prepared())(group) for group in groups)
 
 
-def _distances(group: Any, numbers: Array, apart: Apart) -> Float[Array, "m r"]:
-    """Distances of all rays to all shapes of a group.
+def _distances(group: Any, numbers: Array, apart: Apart, end: Array | float) -> Float[Array, "m r"]:
+    """Distances of all rays to all shapes of a group, behind an end.
 
-    Each is a quotient at the end, by one: that of a ray to its own shape, which is infinite, is
-    halved. XLA keeps quotients, and computes anything else anew for each reader, ray by ray.
+    Each is a quotient, of one at last: those of a ray to its own shape, which are infinite, are
+    halved. XLA keeps a quotient that is read twice, and computes anything else anew for each
+    reader, ray by ray: three to ten times as slow.
     """
 
     def one(shape, k):
-        def meet(o, d, on):
-            own = on == k
-            t = shape.distance(o, d, own)
-            return t / either(own, jnp.asarray(2.0, t.dtype), 1.0)
+        return jax.vmap(lambda o, d, on: shape.distance(o, d, on == k), (1, 1, 0))(*apart)
 
-        return jax.vmap(meet, in_axes=(1, 1, 0))(*apart)
+    t, own = jax.vmap(one)(group, numbers) - end, apart[2] == numbers[:, None]
+    return t / either(own, jnp.asarray(2.0, t.dtype), 1.0)
 
-    return jax.vmap(one)(group, numbers)
+
+def _least(t: Float[Array, "m r"]) -> Float[Array, " r"]:
+    """The least distance of each ray; NaN if one of them is. It reads them twice (`_distances`)."""
+    least = jnp.min(t, 0)
+    return either(least <= jnp.max(t, 0), least, jnp.nan)
 
 
 def _in_chunks(f: Callable[..., Tree], chunk: int, *of: Any) -> Tree:
@@ -205,7 +208,7 @@ def first_of_block(
     more = rounding(rays[0]) / tie(rays[0].dtype)
 
     def candidates(group, numbers, rank):
-        return _distances(group, numbers, apart) + more, rank[:, None]
+        return _distances(group, numbers, apart, -more), rank[:, None]
 
     def nearest(*of):
         return _nearest(*candidates(*of))
@@ -301,7 +304,7 @@ def _free_of_block(groups: Sequence[Any], rays: Rays) -> Float[Array, " r"]:
     apart = _apart(rays)
 
     def least(group, numbers):
-        return jnp.min(_distances(group, numbers, apart), 0)
+        return _least(_distances(group, numbers, apart, 0.0))
 
     return jnp.min(_of_chunks(least, groups), 0)
 
@@ -339,7 +342,7 @@ def any_hit(
         before = length * either(on_end == k, jnp.full_like(length, its_own), others) + slack
         if rank is not None and least is not None:
             before = either(rank[k] > least, -before, before)
-        return jnp.any(_distances(group, numbers, apart) < length - before, 0)
+        return _least(_distances(group, numbers, apart, length - before)) < 0.0
 
     return jnp.any(_of_chunks(blocked, groups), 0)
 

@@ -72,3 +72,24 @@ def test_a_disc_is_not_met_edge_on():
     """By a ray that lies in its plane, for which there is no quotient."""
     one = jax.tree.map(lambda a: a[0], Discs(np.zeros(3), np.eye(3)).prepared())
     assert jnp.isinf(one.distance(jnp.array([-2.0, 0.0, 0.0]), jnp.array([1.0, 0.0, 0.0]), False))
+
+
+@pytest.mark.parametrize("kind", RAYS, ids=lambda kind: kind.__name__)
+def test_derivatives_are_those_of_geometry_and_none_where_there_is_no_hit(kind):
+    """By differences, in origin and direction; a miss has the derivative zero, not NaN."""
+    one = jax.tree.map(lambda a: a[0], kind(np.zeros(3), TURN).prepared())
+    ask = jax.jit(jax.vmap(lambda o, d: one.distance(o, d, False)))
+    slopes = jax.jit(jax.vmap(jax.grad(lambda o, d: one.distance(o, d, False), (0, 1))))
+    o, d, true = (np.array(a, float) for a in zip(*RAYS[kind], strict=True))
+    ray = np.stack([o @ TURN.T, d @ TURN.T])
+    found, h = np.stack(slopes(*ray)), 1e-6
+    for k in range(3):
+        step = h * np.eye(3)[k]
+        for which in (0, 1):
+            more, less = ray.copy(), ray.copy()
+            more[which] += step
+            less[which] -= step
+            with np.errstate(invalid="ignore"):
+                by_differences = (np.asarray(ask(*more)) - np.asarray(ask(*less))) / (2.0 * h)
+            slope = np.where(np.isfinite(true), by_differences, 0.0)
+            np.testing.assert_allclose(found[which, :, k], slope, rtol=1e-6, atol=1e-6)

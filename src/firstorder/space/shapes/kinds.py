@@ -190,7 +190,7 @@ class Ellipsoids(Shape):
         # From inside or from the ball itself only the farther of the two roots can lie ahead.
         leaves = ahead & (c <= 0.0)
         over, under = either(leaves, sum_of, jnp.abs(c)), either(leaves, a, sum_of)
-        return either(hit & (ahead | (c < 0.0)), over, jnp.inf) / under
+        return either(hit & (ahead | (c < 0.0)), over / under, jnp.inf)
 
     @classmethod
     def canonical_normal(cls, q):
