@@ -59,4 +59,5 @@ def gaussian_weights(size: Any, least: Any) -> Any:
         >>> gaussian_weights(np.array([1e200, 2e200]), 1e200).tolist()
         [1.0, 0.0]
     """
-    return np.exp(-0.5 * (size - least) * (size + least))
+    # Beyond a thousand more the weight is 0, and a longer difference would only overflow.
+    return np.exp(-0.5 * np.minimum(size - least, 1e3) * np.minimum(size + least, 1e300))
