@@ -18,7 +18,6 @@ from firstorder._argument_checks import (
     check_positive,
     check_shape,
     is_concrete,
-    nan_by_all,
     nan_unless,
 )
 from firstorder.errors import Refused
@@ -171,21 +170,3 @@ def test_one_of_many_that_is_nan_spoils_itself_alone():
     x = jnp.array([-1.0, 2.0])
     np.testing.assert_array_equal(jax.grad(total)(x), [np.nan, 4.0])
     np.testing.assert_array_equal(jax.vmap(jax.grad(total))(x), [np.nan, 4.0])
-
-
-@pytest.mark.parametrize("derivative", [jax.grad, jax.jacfwd])
-def test_an_answer_that_masks_cut_off_still_has_nan_derivatives(derivative):
-    def masked(x, y):
-        found = jnp.where(x > 0.0, x * y, jnp.nan)
-        return nan_by_all(found, {"x": x, "y": (y,), "n": 3})
-
-    assert derivative(masked)(2.0, 3.0) == 3.0
-    assert jnp.isnan(derivative(masked)(-2.0, 3.0))
-    assert jnp.isnan(derivative(masked, 1)(-2.0, 3.0))
-    assert derivative(lambda x: jnp.where(x > 0.0, masked(x, 3.0), 0.0))(-2.0) == 0.0
-    assert jnp.isnan(jax.jvp(masked, (-2.0, 3.0), (1.0, -1.0))[1])  # and so if changes cancel
-
-
-def test_without_a_tracer_nothing_is_done():
-    x = jnp.array([1.0, jnp.nan])
-    np.testing.assert_array_equal(nan_by_all(x, (x, 3)), x)

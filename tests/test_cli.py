@@ -385,3 +385,14 @@ def test_a_python_file_that_is_none_is_said_with_its_line(tmp_path, capsys):
     for command in ("explain", "check"):
         assert main([command, str(source)]) == 2
         assert capsys.readouterr().err == "mine.py, line 2: invalid syntax.\n"
+
+
+def test_a_module_that_is_none_is_said_and_not_the_file_that_imports_it(
+    tmp_path, capsys, monkeypatch
+):
+    (tmp_path / "broken_part.py").write_text("x = 1\n\ndef (:\n")
+    source = tmp_path / "mine.py"
+    source.write_text("import broken_part\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert main(["explain", str(source)]) == 2
+    assert capsys.readouterr().err == "broken_part.py, line 3: invalid syntax.\n"

@@ -284,42 +284,6 @@ def _lost(change: Array) -> Array:
     return jax.lax.custom_linear_solve(lambda a: a, change, solve, symmetric=True)
 
 
-def nan_by_all(x: Any, of: Any) -> Any:
-    """`x`, whose derivatives by all numbers of a tree are NaN where it is NaN itself.
-
-    For an answer that masks have cut off from what made it NaN, so that it would not seem to change
-    with that: a scene whose shapes cross, a receiver without a normal. As in `nan_unless`, what is
-    masked afterwards gives nothing.
-    """
-    numbers = [a for a in jax.tree.leaves(of) if isinstance(a, Tracer)]
-    return _nan_by_all(x, [a for a in numbers if jnp.issubdtype(a.dtype, jnp.inexact)])
-
-
-@jax.custom_jvp
-def _nan_by_all(x: Any, numbers: Any) -> Any:
-    del numbers
-    return x
-
-
-def _nan_by_all_jvp(primals, tangents):
-    x, numbers = primals
-    made = _nan_by_all(x, numbers)
-    given = [t for t in jax.tree.leaves(tangents, is_leaf=_is_zero) if not _is_zero(t)]
-    if not given:
-        return made, jnp.zeros_like(made)
-    every = jnp.concatenate([jnp.ravel(t).astype(made.dtype) for t in given])
-    lost = jnp.sum(_lost(every))  # one by one: changes may cancel
-    change = jnp.zeros_like(made) if _is_zero(tangents[0]) else tangents[0]
-    return made, jax.lax.select(made == made, change, jnp.broadcast_to(lost, made.shape))
-
-
-_nan_by_all.defjvp(_nan_by_all_jvp, symbolic_zeros=True)
-
-
-def _is_zero(t: Any) -> bool:
-    return isinstance(t, jax.custom_derivatives.SymbolicZero)
-
-
 def traced_nan_unless(ok: Callable[[Any], Any], x: Any) -> Any:
     """`x`; a traced one is NaN where `ok(x)` is not true. Concrete ones have checks with words."""
     return x if is_concrete(x) else nan_unless(ok(x), x)

@@ -237,6 +237,17 @@ def test_traced_numbers_of_no_pit_give_nan():
         assert place == 0 or np.all(np.isnan(found[1:]))
 
 
+@pytest.mark.parametrize("across", [1.0, 100.0, np.inf])
+def test_a_row_that_no_pixel_averages_is_bounded_by_twice_the_albedo(across):
+    """However little the rows beside it leave."""
+
+    def error(width):
+        given = {"width": width, "frequency_across": across, "albedo": 0.5}
+        return pit_brdf_error(0.01, 1.0, 2.0, **given)
+
+    assert jax.value_and_grad(error)(1.0) == (1.0, 0.0)
+
+
 def test_gradients_are_finite_at_the_ends():
     def both(opening, share, albedo):
         found = pit_cutoffs(share, 80.0, 0.7, width=0.01, albedo=albedo)

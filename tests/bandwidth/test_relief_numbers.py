@@ -76,6 +76,9 @@ def test_what_nobody_says_is_the_most_that_it_can_be():
         ("`frequency` must be positive", lambda: Relief.waves(0.1, 0.0)),
         ("`amplitude` must not be negative", lambda: Relief.waves(-0.1, 1.0)),
         ("`heights` must have one axis or two", lambda: Relief.of(np.zeros((2, 2, 2)), 1.0)),
+        ("`heights` must hold samples", lambda: Relief.of(np.zeros(0), 1.0)),
+        ("`heights` must be finite", lambda: Relief.of(np.array([0.1, np.nan]), 1.0)),
+        ("`heights` must be real", lambda: Relief.of(np.array([0.1, 1j]), 1.0)),
         ("`periods` must have shape", lambda: Relief.of(np.zeros((8, 8)), 1.0)),
         ("`periods` must be positive", lambda: Relief.of(np.zeros(8), 0.0)),
     ],
@@ -104,3 +107,12 @@ def test_traced_numbers_of_no_relief_make_bounds_nan(made):
     bound = jax.jit(lambda s: flat_shape_error(made(s), 1e-3, 1e-3, view=0.1, reach=0.1))
     assert jnp.isnan(bound(-1.0))
     assert jnp.isfinite(bound(0.1))
+
+
+@pytest.mark.parametrize("shape", [(8,), (4, 6)])
+def test_numbers_of_what_is_flat_have_finite_gradients(shape):
+    def numbers(heights):
+        found = Relief.of(heights, np.ones(len(shape)))
+        return found.height + found.slope + found.curvature + found.rms_height + found.rms_slope
+
+    assert np.all(np.isfinite(jax.grad(numbers)(jnp.zeros(shape))))

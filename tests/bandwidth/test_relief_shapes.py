@@ -320,6 +320,7 @@ def test_gradients_are_finite_without_relief_and_where_a_pixel_leaves_nothing():
         relief = Relief(h, 10.0 * h, 90.0 * h, f, across)
         return brdf_shape_error(relief, 1.0, 0.5, width=1.0, view=0.3, reach=0.4)
 
-    for given in ((1e-4, 90.0, 90.0), (0.0, 1.0, 1.0), (1e-4, 90.0, np.inf), (0.0, 0.0, 1.0)):
+    kinds = (1e-4, 90.0, 90.0), (0.0, 1.0, 1.0), (1e-4, 90.0, np.inf), (0.0, 0.0, 1.0)
+    for given in (*kinds, (1e-4, 0.1, 90.0)):
         slopes = jax.jit(jax.grad(error, (0, 1)))(*given)
         assert np.all(np.isfinite(slopes))

@@ -180,3 +180,6 @@ def test_a_relative_error_wants_a_value(value):
 
     assert jnp.isnan(jax.jit(radius)(value))
     assert jnp.isfinite(jax.jit(radius)(1.0))
+    # Nothing is asked of it otherwise: black places have a total error.
+    assert caching.expected_error_with_events(0.5, [1.0], value=value) > 0.0
+    assert caching.radius_with_events([1.0], 0.1, 0.01, 1.0, value=value) > 0.0

@@ -267,3 +267,6 @@ def test_a_relative_error_wants_a_value(value):
     with pytest.raises(ValueError, match="Argument `value` must be positive"):
         error(value)
     assert jnp.isnan(jax.jit(error)(value))
+    # Nothing is asked of it otherwise: black places have a total error.
+    total = expected_error_with_lines(1.0, 1.0, jnp.zeros(2), line, value=value)
+    assert total == expected_error_with_lines(1.0, 1.0, jnp.zeros(2), line)

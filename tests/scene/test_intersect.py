@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from firstorder.flatland import Circles
 from firstorder.numerics._batching import in_blocks
 from firstorder.scene import _intersect as intersect
 from firstorder.space import Ellipsoids, Rectangles
@@ -196,3 +197,19 @@ def test_of_shapes_in_one_place_the_highest_rank_counts():
     for chunk in (1, 3, 16, 20):
         found = intersect.first_shape((walls,), rank, rays, chunk=chunk)
         np.testing.assert_array_equal(found, [17, 11, 17, 17])
+
+
+def test_a_shape_that_is_nan_is_not_met_and_hides_nothing():
+    balls = Ellipsoids(BALLS[0], BALLS[1][:, None, None] * np.eye(3))
+    circles = Circles(BALLS[0][:, :2], BALLS[1])
+    way = BALLS[0][np.arange(70) % 9] - ORIGINS
+    for shapes, o, d in ((balls, ORIGINS, way), (circles, ORIGINS[:, :2], way[:, :2])):
+        d = d / jnp.linalg.norm(d, axis=1, keepdims=True)
+        unknown = jax.tree.map(lambda a: a.at[4].set(jnp.nan), shapes)
+        without = jax.tree.map(lambda a: jnp.delete(a, 4, 0), shapes)
+        rest = intersect.first_shape((without,), RANK[:8], (o, d, NOWHERE))
+        found = jax.jit(lambda s, o, d: intersect.first_shape((s,), RANK[:9], (o, d, NOWHERE)))
+        np.testing.assert_array_equal(found(unknown, o, d), rest + (rest > 3))
+        assert jnp.sum(rest >= 0) > 20
+        hidden = jax.jit(lambda s, o, d: intersect.occluded((s,), None, o, o + 3.0 * d))
+        np.testing.assert_array_equal(hidden(unknown, o, d), hidden(without, o, d))

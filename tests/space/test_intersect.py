@@ -51,6 +51,22 @@ def test_the_distance_is_that_of_the_shape():
     assert np.all(np.isinf(np.asarray(hits.t)[~hit]))
 
 
+@pytest.mark.parametrize("behind", [False, True])
+def test_a_ray_that_misses_a_ball_has_finite_derivatives(behind):
+    """Infinity stands for the ball, which is asked beside the shape that the ray meets."""
+    wall = plane((0.0, 0.0, 4.0), (0.0, 0.0, -1.0))
+
+    def t(place):
+        shapes = sphere(jnp.array([2.0, 0.0, 2.0]), 0.5), *((wall,) if behind else ())
+        scene = Scene.of(*map(primitive, shapes))
+        t = nearest(scene, place[None], jnp.array([[0.0, 0.0, 1.0]])).t[0]
+        return jnp.where(jnp.isfinite(t), t, 0.0)
+
+    slope = [0.0, 0.0, -1.0] if behind else [0.0, 0.0, 0.0]
+    np.testing.assert_array_equal(jax.grad(t)(jnp.zeros(3)), slope)
+    np.testing.assert_array_equal(jax.hessian(t)(jnp.zeros(3)), np.zeros((3, 3)))
+
+
 def test_a_hit_has_the_derivative_of_its_shape():
     def t(height):
         moved = Scene.of(primitive(sphere(jnp.array([0.0, 0.0, height]), 0.5)))

@@ -16,6 +16,7 @@ t, a, x, theta = sympy.symbols("t a x theta")
         (sympy.Piecewise((1, t < 0.37), (2, True)), "no jump, but has one near t = 0.37"),
         (sympy.Piecewise((1 - t, t > 0), (1 + t, True)), "no kink, but has one near t = "),
         (sympy.floor(3 * t) + 5, "no jump, but is floor"),
+        (2 + sympy.Mod(t, sympy.Rational(1, 2)), "no jump, but is Mod"),
         (sympy.Abs(t), "no kink: its second derivative is a Dirac"),
     ],
 )
@@ -30,6 +31,8 @@ def test_a_lobe_that_is_broken_inside_is_refused(profile, words):
         sympy.Piecewise((sympy.cos(t) ** 2, sympy.Abs(t) < 1), (0, True)),  # broken at the end
         sympy.Piecewise((t**3, t > 0), (0, True)),
         sympy.Piecewise((sympy.exp(-(t**2) * 1e8), t > -0.5), (sympy.exp(-(t**2) * 1e8), True)),
+        sympy.Piecewise((sympy.exp(-(t**2) * 1e10), t > 0), (sympy.exp(-(t**2) * 2e9), True)),
+        sympy.Piecewise((sympy.exp(-1 / (1 - t**2)), t**2 < 1), (0, True)),  # divides by 0 beyond
     ],
 )
 def test_a_lobe_of_pieces_that_fit_is_taken(profile):

@@ -21,8 +21,10 @@ def left_by_pixel(width: Array, cutoff_x: Array, frequency: Array, across: Array
     the sum over a shifted row is largest where a harmonic lies at its middle.
     """
     along, between = (_along_row(width, f - cutoff_x) for f in (frequency, across))
-    both = safe_sqrt(along**2 + between**2 * (1.0 + along**2))
-    return jnp.where(jnp.isinf(across), along, both)
+    some = jnp.isfinite(along)
+    row = jnp.where(some, along, 0.0)  # an endless one leaves nothing to multiply: 0 * inf is NaN
+    both = safe_sqrt(row**2 + between**2 * (1.0 + row**2))
+    return jnp.where(some & jnp.isfinite(across), both, along)
 
 
 def _along_row(width: Array, apart: Array) -> Array:

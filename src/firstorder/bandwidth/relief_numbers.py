@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder._argument_checks import (
+    check_finite,
     check_not_negative,
     check_positive,
     check_shape,
@@ -16,6 +17,7 @@ from firstorder._argument_checks import (
 from firstorder._display import Module
 from firstorder.bandwidth._harmonics import check_frequency_across
 from firstorder.bandwidth._spectral_norm import spectral_norm
+from firstorder.numerics._select import safe_sqrt
 from firstorder.typing import RealLike, as_float
 
 _FINER = 8  # places for each sample
@@ -128,8 +130,8 @@ class Relief(Module):
             balanced: as in `Relief`; it is not looked for.
 
         Raises:
-            ValueError: if there are not one or two axes and as many periods, or a period is not
-                positive; traced ones make the bounds NaN.
+            ValueError: if there are not one or two axes and as many periods, no sample, or one that
+                is not finite, or a period is not positive; traced ones make the bounds NaN.
 
         Example:
             >>> import numpy as np
@@ -143,6 +145,9 @@ class Relief(Module):
             raise ValueError(
                 f"Argument `heights` must have one axis or two, but has shape {h.shape}."
             )
+        if not h.size:
+            raise ValueError(f"Argument `heights` must hold samples, but has shape {h.shape}.")
+        check_finite("heights", h)
         check_shape("periods", P, (h.ndim,))
         check_positive("periods", P)
         h = nan_unless(jnp.all(P > 0), h - jnp.mean(h))
@@ -156,12 +161,12 @@ class Relief(Module):
         fine = _derivative(h, f, np.zeros(h.ndim, int))
         return cls(
             between * jnp.max(jnp.abs(fine)),
-            between * jnp.sqrt(jnp.max(steep)),
+            between * safe_sqrt(jnp.max(steep)),
             between * jnp.max(norm(jnp.moveaxis(jnp.asarray(bend), (0, 1), (-2, -1)))),
             jnp.min(f),
             jnp.max(f) if h.ndim == 2 else np.inf,
-            rms_height=jnp.sqrt(jnp.mean(fine**2)),
-            rms_slope=jnp.sqrt(jnp.mean(steep)),
+            rms_height=safe_sqrt(jnp.mean(fine**2)),
+            rms_slope=safe_sqrt(jnp.mean(steep)),
             balanced=balanced,
         )
 
@@ -189,7 +194,7 @@ def _derivative(h: Array, f: Array, orders: np.ndarray) -> Array:
 
 
 def _along(h: Array, f: Array, order: int) -> Array:
-    """That along the last axis; of an even count the highest wave is a cosine."""
+    """Derivative along the last axis; of an even count the highest wave is a cosine."""
     count = h.shape[-1]
     F = jnp.fft.rfft(h, axis=-1)
     k = np.arange(F.shape[-1])

@@ -302,7 +302,7 @@ class _Lit:
         return nan_unless(self.valid, jnp.where(lit, jnp.minimum(error, 2.0), 2.0))
 
     def left(self, width: Array) -> Array:
-        """What a pixel leaves of relief that is all modulation; infinite if it is too coarse."""
+        """Share that a pixel leaves of relief that is all modulation; infinite if too coarse."""
         relief = self.relief
         return left_by_pixel(width, self.cutoff_x, relief.frequency, relief.frequency_across)
 

@@ -59,8 +59,8 @@ def expected_error_with_events(
         value: E at the record, for "relative".
 
     Raises:
-        ValueError: for another order or definition, a negative radius, or a value that is not
-            positive.
+        ValueError: for another order or definition, a negative radius, or a value that is asked for
+            and not positive.
 
     Reference: derived here; J12 eq. 54 is the first term of the sum.
 
@@ -71,7 +71,8 @@ def expected_error_with_events(
         0.0625
     """
     check_not_negative("radius", radius)
-    check_positive("value", value)
+    if definition == "relative":
+        check_positive("value", value)
     R = as_float(radius)
     terms = _terms(derivatives, order)
     d, J, S = _events(distances, kinks, steps)
@@ -129,7 +130,8 @@ def radius_with_events(
     d, J, S = _events(distances, kinks, steps)
     tolerance = as_float(tolerance)
     definition, value = _checked(definition), as_float(value)
-    check_positive("value", value)
+    if definition == "relative":
+        check_positive("value", value)
 
     def error(R, given):
         terms, d, J, S, value = given

@@ -150,8 +150,8 @@ def expected_error_with_lines(
         value: E at the record, for "relative".
 
     Raises:
-        ValueError: for another order or definition, a negative radius, a value that is not
-            positive, or a position of another number of coordinates.
+        ValueError: for another order or definition, a negative radius, a value that is asked for
+            and not positive, or a position of another number of coordinates.
 
     Reference: derived here; J12 eq. 68 is the Taylor term at order 1.
 
@@ -163,7 +163,8 @@ def expected_error_with_lines(
         1.0
     """
     check_not_negative("radius", radius)
-    check_positive("value", value)
+    if definition == "relative":
+        check_positive("value", value)
     R = as_float(radius)
     kind, (size, power) = _checked(definition, _KINDS), _term(derivative, order)
     given = size, _place(position), lines, as_float(value)

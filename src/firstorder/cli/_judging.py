@@ -96,7 +96,8 @@ def _events(source: pathlib.Path) -> dict:
     try:
         variables = runpy.run_path(str(source))
     except SyntaxError as error:
-        raise ValueError(f"{source.name}, line {error.lineno}: {error.msg}.") from None
+        where = pathlib.Path(error.filename or source).name  # of a module that it imports, too
+        raise ValueError(f"{where}, line {error.lineno}: {error.msg}.") from None
     kinds = Event, Chain, Path
     found = {k: v for k, v in variables.items() if isinstance(v, kinds) and k[0] != "_"}
     if not found:

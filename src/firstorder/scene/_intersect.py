@@ -95,7 +95,7 @@ def _nearest(
     t: Float[Array, "m r"], rank: Int[Array, "m #r"]
 ) -> tuple[Float[Array, " r"], Int[Array, " r"]]:
     """The least distance, and the highest rank of what is in that place; -1 for a miss."""
-    least = jnp.min(t, 0)
+    least = jnp.min(either(t < jnp.inf, t, jnp.inf), 0)  # a shape that is NaN is not met
     there = t <= jnp.minimum(least * (1.0 + tie(t.dtype)), jnp.finfo(t.dtype).max)
     return least, jnp.max(either(there, rank, MISS), 0)
 
@@ -146,7 +146,7 @@ def _apart(rays):
 
 
 def _prepared(groups: Sequence[Any]) -> tuple[Any, ...]:
-    """What depends on no ray, once for all of them."""
+    """Groups with what depends on no ray computed, once for all of them."""
     return tuple(jax.vmap(lambda shape: shape.prepared())(group) for group in groups)
 
 
@@ -166,13 +166,16 @@ def _distances(group: Any, numbers: Array, apart: Apart, end: Array | float) -> 
 
 
 def _least(t: Float[Array, "m r"]) -> Float[Array, " r"]:
-    """The least distance of each ray; NaN if one of them is. It reads them twice (`_distances`)."""
-    least = jnp.min(t, 0)
-    return either(least <= jnp.max(t, 0), least, jnp.nan)
+    """The least distance of each ray; that to a shape that is NaN does not count.
+
+    It is never above the largest, which is asked for so that distances are read twice and kept.
+    """
+    least = jnp.min(either(t < jnp.inf, t, jnp.inf), 0)
+    return either(least > jnp.max(t, 0), jnp.inf, least)
 
 
 def _in_chunks(f: Callable[..., Tree], chunk: int, *of: Any) -> Tree:
-    """What f says of each chunk of shapes, in rows.
+    """Answers of f for each chunk of shapes, in rows.
 
     The chunks are of one size, and the last one may hold the last shape more than once.
     """
@@ -184,7 +187,7 @@ def _in_chunks(f: Callable[..., Tree], chunk: int, *of: Any) -> Tree:
 
 
 def _of_chunks(f: Callable[..., Array], groups: Sequence[Any]) -> Array:
-    """What f says of groups of at most `CHUNK` shapes, and of chunks of larger ones, in rows."""
+    """Answers of f for groups of at most `CHUNK` shapes and for chunks of larger ones, in rows."""
     rows = [
         _in_chunks(f, CHUNK, *pair) if pair[0].count > CHUNK else f(*pair)[None]
         for pair in numbered(groups)
@@ -250,7 +253,7 @@ def first_shape(
 
 
 def block_of(groups: Sequence[Any], chunk: int = CHUNK) -> int:
-    """So many rays that their distances to chunks of all groups fit the nearest memory."""
+    """Number of rays whose distances to chunks of all groups fit the nearest memory."""
     return max(64, DISTANCES // sum(min(group.count, chunk) for group in groups))
 
 

@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import nan_by_all
+from firstorder._argument_checks import nan_unless
 from firstorder.numerics._compiled import compiled_after
 from firstorder.numerics._refinement import with_errors
 from firstorder.numerics._scale import power_of_two
@@ -96,7 +96,7 @@ def net_visibility(
     # Regions about axes below the horizon may have counted the whole sphere.
     whole = 4.0 * jnp.pi
     total = total - whole * jnp.floor(jax.lax.stop_gradient(total + jnp.pi) / whole)
-    return nan_by_all(either(_is_outside(scene, found), total, jnp.nan), (scene, at))
+    return nan_unless(_is_outside(scene, found), total)
 
 
 @compiled_after(check_lit, check_apart, traced=warn_of_collisions)
@@ -202,7 +202,7 @@ def _light(scene: Scene, at: Receiver, segment, arc, nodes: int) -> list[Float[A
     # Less than the least radiance makes, by more than a ray beside an edge costs: one is missing.
     slack = 8.0 * jnp.finfo(level.dtype).eps ** 0.4 * jnp.max(jnp.abs(seen))
     sound = _is_outside(scene, found) & (total[-1] >= jnp.pi * jnp.min(seen) - slack)
-    return [nan_by_all(either(sound, e, jnp.nan), (scene, at)) for e in total]
+    return [nan_unless(sound, e) for e in total]
 
 
 def _shown(scene: Scene, at: Receiver, found: _Outlines) -> Float[Array, " n_1"]:
@@ -271,7 +271,7 @@ def boundary_gradient(
         light = _radiance(scene, at) if radiance is None else radiance
         jumps = _jump(lines, found.lines, at, light), _jump(rims, found.rims, at, light)
     total = _moving(lines, jumps[0], weight) + _moving(rims, jumps[1], weight)
-    return nan_by_all(either(found.sound, total, jnp.nan), (scene, at))
+    return nan_unless(found.sound, total)
 
 
 def _jump(on, sides: SilhouetteSides, at: Receiver, radiance: Radiance) -> Float[Array, "m k"]:

@@ -15,7 +15,7 @@ from firstorder.typing import Array
 CELLS = 4096  # in which a break is looked for
 HALVINGS = 25  # of the one that looks broken most
 BROKEN = 1e-6  # share of the largest by which a break is one
-STEPS = (sympy.floor, sympy.ceiling, sympy.frac)
+STEPS = (sympy.floor, sympy.ceiling, sympy.frac, sympy.Mod)
 
 
 def check_one_number(name: str, x: Any) -> None:
@@ -75,7 +75,8 @@ def refuse_jumps(expressions: Expressions, end: Array) -> None:
     run = sympy.lambdify((t, *expressions.symbols), slopes, ["numpy", "scipy"])
 
     def at(places):
-        found = run(places, *map(float, expressions.values))
+        with np.errstate(all="ignore"):  # pieces are evaluated where they are not chosen too
+            found = run(places, *map(float, expressions.values))
         return [np.broadcast_to(np.asarray(a, float), places.shape) for a in found]
 
     places = np.linspace(-1.0, 1.0, CELLS + 1)[1:-1] * float(end)
@@ -85,6 +86,9 @@ def refuse_jumps(expressions: Expressions, end: Array) -> None:
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
             before, between, after = (at(x) for x in (low, middle, high))
+            for scale, *seen in zip(range(3), before, between, after, strict=True):
+                # A feature that is narrower than a cell is seen only now.
+                largest[scale] = max(largest[scale], *(np.max(np.abs(a)) for a in seen))
             rate = before[order + 1] + 4.0 * between[order + 1] + after[order + 1]
             missed = np.abs(after[order] - before[order] - (high - low) * rate / 6.0)
             worst = int(np.argmax(missed))

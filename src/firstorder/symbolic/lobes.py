@@ -230,7 +230,8 @@ def _on_host(expression: Expr, symbols: tuple) -> Callable:
 def _samples(expressions: Expressions, t: np.ndarray) -> np.ndarray:
     """The lobe at places."""
     run = _on_host(expressions.entries[0], (*expressions.coordinates, *expressions.symbols))
-    return np.broadcast_to(run(t, *map(float, expressions.values)), t.shape)
+    with np.errstate(all="ignore"):  # pieces are evaluated where they are not chosen too
+        return np.broadcast_to(run(t, *map(float, expressions.values)), t.shape)
 
 
 def _trusted(expressions: Expressions, end: Array) -> ClosedTransform | None:

@@ -5,7 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland import Arcs, Ellipses
+from firstorder.conventions import direction
+from firstorder.flatland import Arcs, Ellipses, Scene, Segments, first_shape, nearest, primitive
+from firstorder.numerics._planar import left
 
 RNG = np.random.default_rng(11)
 COUNT, RAYS = 40, 50
@@ -124,3 +126,43 @@ def test_a_hit_beside_an_end_is_at_that_end():
         hit = np.isfinite(t)
         assert 5 < np.sum(hit) < 36
         np.testing.assert_allclose(np.asarray(at)[hit], s, rtol=0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("dtype", [jnp.float32, jnp.float64])
+@pytest.mark.parametrize("partner", ["arc", "segment"])
+def test_no_ray_passes_between_an_arc_and_what_is_joined_to_it(dtype, partner):
+    """Rays from inside, at the very joint: as the search and as the hit see it."""
+    rng = np.random.default_rng(5)
+
+    @jax.jit
+    def missed(center, radius, start, sweep, origins, along):
+        end = center + radius * direction(start + sweep)
+        scene = Scene.of(
+            primitive(Arcs(center, radius, start, sweep)),
+            primitive(
+                Arcs(center, radius, start + sweep, 2.0 * jnp.pi - sweep)
+                if partner == "arc"
+                else Segments(end, end + left(direction(start + sweep)))
+            ),
+        )
+        found = first_shape(scene, origins, along), nearest(scene, origins, along).index
+        return jnp.sum(jnp.stack(found) < 0)
+
+    for _ in range(20):
+        center, radius = rng.uniform(-3.0, 3.0, 2), rng.uniform(0.1, 2.0)
+        start, sweep = rng.uniform(-3.0, 3.0), rng.uniform(0.1, 3.1)
+        joint = np.array([-np.sin(start + sweep), np.cos(start + sweep)])
+        origins = rng.uniform(-0.45, 0.45, (200, 2))
+        along = joint - origins
+        along = along / np.linalg.norm(along, axis=1, keepdims=True)
+        given = center, radius, start, sweep, center + radius * origins, along
+        assert missed(*(jnp.asarray(a, dtype) for a in given)) == 0
+
+
+def test_an_arc_as_short_as_rounding_is_met_on_its_own_side():
+    angle = np.linspace(0.1, 6.0, 200)
+    away = np.stack([-np.sin(angle), np.cos(angle)], -1)
+    for sweep in (1e-16, 1e-15, 1e-12):
+        arc = Arcs(np.zeros((200, 2)), np.ones(200), angle, np.full(200, sweep))
+        found = distances(arc, np.zeros((200, 2)), -away)
+        assert np.all(np.isinf(np.diagonal(found)))

@@ -262,14 +262,3 @@ def test_a_traced_receiver_without_a_normal_sees_nothing_that_is_known(normal):
     found, sound = edges(jnp.array([0.0, 0.0, 1.0]))
     assert jnp.isfinite(found).all()
     assert sound
-
-
-@pytest.mark.parametrize("function", [space.irradiance, space.net_visibility])
-def test_a_traced_ball_around_the_receiver_has_nan_derivatives(function):
-    def light(radius):
-        ball = space.primitive(space.sphere((0.0, 0.1, 1.0), radius))
-        return function(space.Scene.of(LAMP, ball), space.Receiver.at((0.0, 0.0, 0.0)))
-
-    found = jax.jit(jax.value_and_grad(light))
-    assert jnp.isnan(jnp.stack(found(1.2))).all()
-    assert jnp.isfinite(jnp.stack(found(0.1))).all()

@@ -89,16 +89,31 @@ class PreparedArcs(Module):
         sum_of = jnp.sqrt(either(real, root_of, grazing(most))) + jnp.abs(b)
         # The farther crossing, and the nearer one, from outside, whose distance is c / sum_of.
         over, under = either(ahead, sum_of, jnp.abs(c)), either(ahead, 1.0, sum_of)
-        last = (ahead | (c < 0.0)) & self._holds(under * w + over * along)
-        first = ahead & (c > 0.0) & self._holds(sum_of * w + c * along)
+        beside = self._rounding(w)
+        last = (ahead | (c < 0.0)) & self._holds(under * w + over * along, under * beside)
+        first = ahead & (c > 0.0) & self._holds(sum_of * w + c * along, sum_of * beside)
         over, under = either(first, c, over), either(first, sum_of, under)
         met, nearly = first | last, root_of > -SLACK * grazing(most)
         return over, under, real & met, nearly & met
 
-    def _holds(self, way: Point) -> Bool[Array, ""]:
-        """Whether an arc reaches as far as that direction from its middle."""
-        sign, turned = jnp.sign(self.sweep), jnp.abs(self.sweep)
-        behind = sign * cross_2d(self.ends[0], way) >= 0.0
-        before = sign * cross_2d(way, self.ends[1]) >= 0.0
+    def _rounding(self, w: Point) -> Float[Array, ""]:
+        """How far a hit may lie from its place by rounding."""
+        far = jnp.max(jnp.abs(w)) + jnp.max(jnp.abs(self.center)) + self.radius
+        return 4.0 * jnp.finfo(far.dtype).eps * far
+
+    def _holds(self, way: Point, beside: Float[Array, ""]) -> Bool[Array, ""]:
+        """Whether an arc reaches as far as that direction from its middle.
+
+        Within rounding it reaches beyond its ends, so that no ray passes between what is joined.
+
+        Args:
+            way: the direction, of any length.
+            beside: its rounding.
+        """
+        sign, turned, least = jnp.sign(self.sweep), jnp.abs(self.sweep), -beside
+        behind = sign * cross_2d(self.ends[0], way) >= least
+        before = sign * cross_2d(way, self.ends[1]) >= least
+        # Across the middle from an arc as short as rounding both hold too.
+        same = dot_2d(self.ends[0] + self.ends[1], way) >= least
         whole = turned >= 2.0 * jnp.pi
-        return whole | either(turned <= jnp.pi, behind & before, behind | before)
+        return whole | either(turned <= jnp.pi, behind & before & same, behind | before)
