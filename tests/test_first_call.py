@@ -20,7 +20,7 @@ MOST = {
     "flatland Hessian": 1780,
     "scene_d E": 1585,
     "scene_d E''": 2185,
-    "flatland radiosity": 3060,
+    "flatland radiosity": 3072,
     "space E": 1138,
     "space gradient": 1451,
     "space Hessian": 2872,

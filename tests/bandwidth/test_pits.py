@@ -182,9 +182,17 @@ def test_at_its_cutoff_each_bound_is_the_share(share, albedo):
         np.testing.assert_allclose(found, share, rtol=1e-9)
         found = float(pit_brdf_error(cut.brdf, 80.0, 0.7, frequency_across=across, **given))
         np.testing.assert_allclose(found, share, rtol=1e-9)
-        steep = float(pit_brdf_error(0.0, cut.frequency, 0.7, **given,
-                                     frequency_across=min(across, float(cut.frequency))
-                                     if np.isfinite(across) else across))  # fmt: skip
+        steep = float(
+            pit_brdf_error(
+                0.0,
+                cut.frequency,
+                0.7,
+                **given,
+                frequency_across=min(across, float(cut.frequency))
+                if np.isfinite(across)
+                else across,
+            )
+        )
         assert steep <= share * (1.0 + 1e-9)
         assert steep > 0.99 * share
 
@@ -204,14 +212,18 @@ def test_nothing_limits_pits_that_are_black_enough_or_light_that_is_alike():
         (r"`albedo` must lie in \[0, 1\]", lambda: pit_texture_error(1.0, 1.0, albedo=1.1)),
         ("`frequency` must not be negative", lambda: pit_brdf_error(1.0, -1.0, 1.0, width=1.0)),
         ("`width` must be positive", lambda: pit_brdf_error(1.0, 1.0, 1.0, width=0.0)),
-        (r"`share` must lie in \[0, 1\]",
-         lambda: pit_brdf_error(1.0, 1.0, 1.0, width=1.0, share=2.0)),
-        ("`frequency_across` must be positive",
-         lambda: pit_brdf_error(1.0, 1.0, 1.0, width=1.0, frequency_across=0.0)),
+        (
+            r"`share` must lie in \[0, 1\]",
+            lambda: pit_brdf_error(1.0, 1.0, 1.0, width=1.0, share=2.0),
+        ),
+        (
+            "`frequency_across` must be positive",
+            lambda: pit_brdf_error(1.0, 1.0, 1.0, width=1.0, frequency_across=0.0),
+        ),
         (r"`share` must lie in \(0, 1\)", lambda: pit_cutoffs(1.0, 1.0, 1.0, width=1.0)),
         ("`albedo` must be positive", lambda: pit_cutoffs(0.5, 1.0, 1.0, width=1.0, albedo=0.0)),
     ],
-)  # fmt: skip
+)
 def test_what_is_no_pit_is_one_sentence(words, call):
     with pytest.raises(ValueError, match=f"Argument {words}"):
         call()
@@ -222,10 +234,12 @@ def test_traced_numbers_of_no_pit_give_nan():
     @jax.jit
     def bounds(opening, f, Bx, width, albedo, share, across):
         more = {"width": width, "albedo": albedo, "frequency_across": across}
-        return jnp.stack([
-            pit_brdf_error(opening, f, Bx, share=share, **more),
-            *pit_cutoffs(share, f, Bx, **more),
-        ])  # fmt: skip
+        return jnp.stack(
+            [
+                pit_brdf_error(opening, f, Bx, share=share, **more),
+                *pit_cutoffs(share, f, Bx, **more),
+            ]
+        )
 
     good = [0.1, 20.0, 1.0, 0.1, 0.5, 0.5, 20.0]
     assert np.all(np.isfinite(bounds(*good)))

@@ -33,14 +33,21 @@ def test_numbers_of_samples_bound_those_between_them(shape):
         k = rng.integers(-most, most + 1, (4, 2)) / sides
         relief = Cosines(k, rng.uniform(-1.0, 1.0, 4), rng.uniform(0.0, 6.0, 4))
         places = np.stack(
-            np.meshgrid(*(np.arange(n) * s / n for n, s in zip(shape, sides, strict=True)),
-                        indexing="ij"), -1)  # fmt: skip
+            np.meshgrid(
+                *(np.arange(n) * s / n for n, s in zip(shape, sides, strict=True)), indexing="ij"
+            ),
+            -1,
+        )
         found = Relief.of(relief.height(places), sides)
         fine = cell(np.diag(sides), 240)
         mean = np.mean(relief.height(fine))
         true = relief.numbers(fine)
-        true = (np.abs(relief.height(fine) - mean).max(), *true[1:3],
-                np.std(relief.height(fine)), true[4])  # fmt: skip
+        true = (
+            np.abs(relief.height(fine) - mean).max(),
+            *true[1:3],
+            np.std(relief.height(fine)),
+            true[4],
+        )
         ours = (found.height, found.slope, found.curvature, found.rms_height, found.rms_slope)
         np.testing.assert_allclose(ours[3:], true[3:], rtol=1e-9)
         over = np.array(ours[:3]) / np.array(true[:3])

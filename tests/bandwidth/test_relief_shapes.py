@@ -52,17 +52,24 @@ def numbers(periods, relief, balanced=False):
     across = abs(np.linalg.det(basis)) / frequency
     more = 1.0 + 1e-3  # between the samples
     return Relief(
-        h * more, m * more, c * more, frequency, across,
-        rms_height=rms_h, rms_slope=rms_m, balanced=balanced,
-    )  # fmt: skip
+        h * more,
+        m * more,
+        c * more,
+        frequency,
+        across,
+        rms_height=rms_h,
+        rms_slope=rms_m,
+        balanced=balanced,
+    )
 
 
 def lights(periods, relief, e, replaced, bands, rng):
     """Pairs of frequencies up to the cutoffs: the ones along which rays are farthest apart."""
     (x, w), (x0, w0) = (by(rays.cell(periods, PLACES), relief, e) for by in (rays.traced, replaced))
     turn, move = (w - w0).reshape(-1, 3), (x - x0).reshape(-1, 2)
-    worst = np.argmax(bands[0] * np.linalg.norm(turn, axis=-1) + bands[1]
-                      * np.linalg.norm(move, axis=-1))  # fmt: skip
+    worst = np.argmax(
+        bands[0] * np.linalg.norm(turn, axis=-1) + bands[1] * np.linalg.norm(move, axis=-1)
+    )
     pairs = [(move[worst], turn[worst])] + [(rng.normal(size=2), rng.normal(size=3)) for _ in "123"]
     return [(bands[1] * unit(a), bands[0] * unit(b)) for a, b in pairs]
 
@@ -82,10 +89,12 @@ def test_no_ray_in_space_errs_by_more_than_the_bound(error, replaced, over):
         found = float(error(numbers(periods, relief), *bands, **at))
         u = rays.cell(periods, PLACES)
         measured = max(
-            np.abs(rays.wave(rays.traced(u, relief, e), *pair)
-                   - rays.wave(replaced(u, relief, e), *pair)).max()
+            np.abs(
+                rays.wave(rays.traced(u, relief, e), *pair)
+                - rays.wave(replaced(u, relief, e), *pair)
+            ).max()
             for pair in lights(periods, relief, e, replaced, bands, rng)
-        )  # fmt: skip
+        )
         assert measured <= found * (1.0 + 1e-9)
         if found < 0.5:  # beyond, a chord is shorter than its arc
             ratios.append(found / measured)
@@ -226,10 +235,15 @@ def test_at_its_cutoff_each_bound_is_the_share(share, balanced):
             s = float(factor) * (1.0 - 1e-9)
             high = jax.tree.map(lambda a: a, unit)
             high = Relief(
-                s * unit.height, s * unit.slope, s * unit.curvature, unit.frequency,
-                unit.frequency_across, rms_height=s * unit.rms_height,
-                rms_slope=s * unit.rms_slope, balanced=balanced,
-            )  # fmt: skip
+                s * unit.height,
+                s * unit.slope,
+                s * unit.curvature,
+                unit.frequency,
+                unit.frequency_across,
+                rms_height=s * unit.rms_height,
+                rms_slope=s * unit.rms_slope,
+                balanced=balanced,
+            )
             found = float(error(high, *bands, **at, **more))
             assert s == 0.0 or found <= share * (1.0 + 1e-9)
             steepest = s * float(unit.slope) * max(np.tan(at["reach"]), abs(np.tan(at["view"])))

@@ -18,8 +18,8 @@ from __future__ import annotations
 
 from jaxtyping import Array, Float
 
+from firstorder.bandwidth.relief_numbers import Relief
 from firstorder.bandwidth.relief_shapes import (
-    Relief,
     ReliefCutoffs,
     brdf_shape_error,
     bump_shape_error,

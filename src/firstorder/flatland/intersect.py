@@ -113,8 +113,7 @@ def nearest(scene: Scene, origins: ArrayLike, along: ArrayLike, on: ArrayLike = 
         t, s = in_batches(lambda ray: scene.hit(*ray), asked, _block(scene.groups))
     else:
         t, s = jax.vmap(scene.hit)(*asked)
-    # Search and hit may round a grazing ray differently; one that misses is 0 or infinitely far.
-    met = (index >= 0) & jnp.isfinite(t) & (t > 0.0)
+    met = (index >= 0) & jnp.isfinite(t)  # search and hit may round a grazing ray differently
     return Hits(jnp.where(met, t, jnp.inf), jnp.where(met, index, MISS), jnp.where(met, s, 0.0))
 
 

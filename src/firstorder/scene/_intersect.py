@@ -95,9 +95,14 @@ def _nearest(
     t: Float[Array, "m r"], rank: Int[Array, "m #r"]
 ) -> tuple[Float[Array, " r"], Int[Array, " r"]]:
     """The least distance, and the highest rank of what is in that place; -1 for a miss."""
-    least = jnp.min(either(t < jnp.inf, t, jnp.inf), 0)  # a shape that is NaN is not met
+    least = _shortest(t)
     there = t <= jnp.minimum(least * (1.0 + tie(t.dtype)), jnp.finfo(t.dtype).max)
     return least, jnp.max(either(there, rank, MISS), 0)
+
+
+def _shortest(t: Float[Array, "m r"]) -> Float[Array, " r"]:
+    """The least distance of each ray; that to a shape that is NaN does not count."""
+    return jnp.min(either(t < jnp.inf, t, jnp.inf), 0)
 
 
 def numbered(groups: Sequence[Any]) -> Iterator[tuple[Any, Int[Array, " n"]]]:
@@ -166,11 +171,11 @@ def _distances(group: Any, numbers: Array, apart: Apart, end: Array | float) -> 
 
 
 def _least(t: Float[Array, "m r"]) -> Float[Array, " r"]:
-    """The least distance of each ray; that to a shape that is NaN does not count.
+    """The shortest of `_distances`, for a reader that is the only one.
 
-    It is never above the largest, which is asked for so that distances are read twice and kept.
+    It is never above the largest, which is asked for so that they are read twice, and so kept.
     """
-    least = jnp.min(either(t < jnp.inf, t, jnp.inf), 0)
+    least = _shortest(t)
     return either(least > jnp.max(t, 0), jnp.inf, least)
 
 

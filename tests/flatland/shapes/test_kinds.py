@@ -104,6 +104,17 @@ def test_the_distance_that_a_search_asks_for_is_that_of_the_hit(name):
     assert np.allclose(found, hit, rtol=1e-9, atol=0.0)
 
 
+@pytest.mark.parametrize("past", [1e-3, 1e-15])
+def test_a_near_miss_of_a_segment_keeps_the_place_that_it_misses(past):
+    """Rounding may decide in two ways whether it is one, and 0 would be taken for a distance."""
+    wall = jax.tree.map(lambda a: a[0], Segments((0.0, 2.0), (1.0, 2.0)))
+    hit = jax.jit(lambda o: wall.hit(o, jnp.array([0.0, 1.0]), jnp.asarray(False)))
+    for x, s in ((-past, -past), (1.0 + past, 1.0 + past)):
+        t, at = hit(jnp.array([x, 0.0]))
+        assert jnp.isinf(t)
+        np.testing.assert_allclose(at, s, rtol=1e-12)
+
+
 def test_from_inside_a_circle_the_far_side_is_met():
     t, _ = only(Circles((0.0, 0.0), 1.0)).hit(
         jnp.array([0.5, 0.0]), jnp.array([1.0, 0.0]), jnp.array(False)

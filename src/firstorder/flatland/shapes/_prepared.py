@@ -14,6 +14,7 @@ from firstorder._display import Module
 from firstorder.flatland.shapes._base import Point
 from firstorder.flatland.shapes._unit_circle import SLACK, under_the_root
 from firstorder.numerics._planar import cross_2d, dot_2d
+from firstorder.numerics._quadratic import first_root, root_sum
 from firstorder.numerics._select import either, grazing
 
 
@@ -41,12 +42,8 @@ class PreparedEllipses(Module):
         a, b = u * u + v * v, x * u + y * v
         c = either(on, 0.0, x * x + y * y - 1.0)
         root_of = under_the_root(a - (x * v - y * u) ** 2, b, on)
-        real, ahead = root_of > 0.0, b < 0.0
-        sum_of = jnp.sqrt(either(real, root_of, grazing(a))) + jnp.abs(b)
-        # From inside or from the ellipse itself only the farther of the two roots can lie ahead.
-        leaves = ahead & (c <= 0.0)
-        over, under = either(leaves, sum_of, jnp.abs(c)), either(leaves, a, sum_of)
-        return either(real & (ahead | (c < 0.0)), over, jnp.inf) / under
+        over, under, ahead = first_root(a, b, c, root_sum(b, root_of, a))
+        return either((root_of > 0.0) & ahead, over, jnp.inf) / under
 
 
 class PreparedArcs(Module):
@@ -86,7 +83,7 @@ class PreparedArcs(Module):
         most = square * dot_2d(along, along)
         root_of = under_the_root(most - cross_2d(w, along) ** 2, b, on)
         real, ahead = root_of > 0.0, b < 0.0
-        sum_of = jnp.sqrt(either(real, root_of, grazing(most))) + jnp.abs(b)
+        sum_of = root_sum(b, root_of, most)
         # The farther crossing, and the nearer one, from outside, whose distance is c / sum_of.
         over, under = either(ahead, sum_of, jnp.abs(c)), either(ahead, 1.0, sum_of)
         beside = self._rounding(w)

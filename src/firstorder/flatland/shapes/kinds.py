@@ -39,6 +39,7 @@ from firstorder.flatland.shapes._unit_circle import (
     unit_circle_tangents,
 )
 from firstorder.numerics._planar import cross_2d, dot_2d, left
+from firstorder.numerics._quadratic import first_root, root_sum
 from firstorder.numerics._select import grazing
 
 # --- straight ------------------------------------------------------------------------------------
@@ -106,7 +107,9 @@ class Segments(Shape):
     def hit(self, origin, along, on):
         """Solution of two equations in two unknowns, by cross products."""
         t, s, size, there = self._crossing(origin, along, on)
-        t, s, size = (jnp.where(there, a, b) for a, b in ((t, 0.0), (s, 0.0), (size, 1.0)))
+        # A near miss has its quotients too: rounding may decide in two ways whether it is one.
+        nearly = (size > 0.0) & (jnp.abs(s - 0.5 * size) <= 0.75 * size)
+        t, s, size = (jnp.where(nearly, a, b) for a, b in ((t, 0.0), (s, 0.0), (size, 1.0)))
         return jnp.where(there, t / size, jnp.inf), s / size
 
     def distance(self, origin, along, on):
@@ -208,15 +211,11 @@ class Circles(Shape):
     def _root(self, origin, along, on):
         """The nearest root ahead as a quotient, and both conditions of `unit_circle_roots`."""
         w, square = origin - self.center, self.radius * self.radius
-        b, c = dot_2d(w, along), jnp.where(on, 0.0, dot_2d(w, w) - square)
-        most = square * dot_2d(along, along)
+        a, b = dot_2d(along, along), dot_2d(w, along)
+        c, most = jnp.where(on, 0.0, dot_2d(w, w) - square), square * a
         root_of = under_the_root(most - cross_2d(w, along) ** 2, b, on)
-        real, ahead = root_of > 0.0, b < 0.0
-        sum_of = jnp.sqrt(jnp.where(real, root_of, grazing(most))) + jnp.abs(b)
-        # From inside or from the circle itself only the farther of the two roots can lie ahead.
-        over = jnp.where(ahead & (c <= 0.0), sum_of * sum_of, jnp.abs(c))
-        nearly, way = root_of > -SLACK * grazing(most), ahead | (c < 0.0)
-        return over, sum_of, real & way, nearly & way
+        over, under, ahead = first_root(a, b, c, root_sum(b, root_of, most))
+        return over, under, (root_of > 0.0) & ahead, (root_of > -SLACK * grazing(most)) & ahead
 
     def front(self, origin, along, on):
         """From outside."""

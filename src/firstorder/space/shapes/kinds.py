@@ -28,6 +28,7 @@ from firstorder._argument_checks import (
 )
 from firstorder._display import Module
 from firstorder.numerics._host import hosted
+from firstorder.numerics._quadratic import first_root, root_sum
 from firstorder.numerics._select import either, grazing
 from firstorder.numerics._vectors import (
     Coordinates,
@@ -185,12 +186,8 @@ class Ellipsoids(Shape):
         a, b, c = dot_apart(d, d), dot_apart(o, d), dot_apart(o, o) - 1.0
         side = cross_apart(o, d)
         square = a - dot_apart(side, side)
-        hit, ahead = square > 0.0, b < 0.0
-        sum_of = either(ahead, -b, b) + jnp.sqrt(either(hit, square, grazing(a)))
-        # From inside or from the ball itself only the farther of the two roots can lie ahead.
-        leaves = ahead & (c <= 0.0)
-        over, under = either(leaves, sum_of, jnp.abs(c)), either(leaves, a, sum_of)
-        return either(hit & (ahead | (c < 0.0)), over / under, jnp.inf)
+        over, under, ahead = first_root(a, b, c, root_sum(b, square, a))
+        return either((square > 0.0) & ahead, over / under, jnp.inf)
 
     @classmethod
     def canonical_normal(cls, q):
@@ -258,15 +255,15 @@ class Cylinders(Shape):
     @classmethod
     def canonical_distance(cls, o, d):
         """Distance to the round wall within the slab of the caps."""
-        a = d[0] ** 2 + d[1] ** 2
-        upright = a <= 0.0
+        flat = d[0] ** 2 + d[1] ** 2
+        upright = flat <= 0.0
+        a = either(upright, 1.0, flat)
         b = o[0] * d[0] + o[1] * d[1]
         square = a - (o[0] * d[1] - o[1] * d[0]) ** 2
         within = o[0] ** 2 + o[1] ** 2 < 1.0
         hit = either(upright, within, square > 0.0)
-        meets = hit & ~upright
-        root = either(meets, jnp.sqrt(either(meets, square, 1.0)), 0.0)
-        a = either(upright, 1.0, a)
+        # Chosen once more, the root has one reader.
+        root = either(hit, jnp.sqrt(either(hit & ~upright, square, grazing(a))), 0.0)
         near, far = _slab(o[2], d[2])
         enter = jnp.maximum(either(upright, -jnp.inf, (-b - root) / a), near)
         leave = jnp.minimum(either(upright, jnp.inf, (root - b) / a), far)
