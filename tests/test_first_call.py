@@ -15,12 +15,12 @@ import pytest
 from tests.first_calls import calls, equations
 
 MOST = {
-    "flatland E": 1060,
+    "flatland E": 1061,
     "flatland gradient": 1210,
     "flatland Hessian": 1780,
-    "scene_d E": 1585,
-    "scene_d E''": 2185,
-    "flatland radiosity": 3072,
+    "scene_d E": 1590,
+    "scene_d E''": 2187,
+    "flatland radiosity": 3082,
     "space E": 1138,
     "space gradient": 1451,
     "space Hessian": 2872,

@@ -147,7 +147,9 @@ def _shape(groups: Sequence[Any], index: int) -> Any:
 def _apart(rays):
     """Coordinates apart, so that rays lie side by side in memory. Once, outside of any loop."""
     origins, along, on = rays
-    return origins.T, along.T, on
+    # Not known before run time: a quotient that the compiler folds is not kept (`_distances`).
+    x = origins[:, 0]
+    return origins.T, along.T, either(x == x, on, MISS)
 
 
 def _prepared(groups: Sequence[Any]) -> tuple[Any, ...]:
