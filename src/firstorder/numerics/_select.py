@@ -31,6 +31,34 @@ def either(which: ArrayLike, a: ArrayLike, b: ArrayLike) -> Array:
     return jax.lax.select(jnp.broadcast_to(which, shape), a, b)
 
 
+def larger(a: Array, b: Array) -> Array:
+    """The larger of two numbers, with the derivative of the one that is chosen; a, if none is.
+
+    `jnp.maximum` finds whose derivative counts by comparing both with the result. A compiler may
+    round one number in two ways in one program: then neither is the result, and the derivative is
+    lost.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics._select import larger
+        >>> larger(jnp.array([1.0, 2.0]), jnp.array([3.0, -4.0])).tolist()
+        [3.0, 2.0]
+    """
+    return either(b > a, b, a)
+
+
+def smaller(a: Array, b: Array) -> Array:
+    """The smaller of two numbers, likewise.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics._select import smaller
+        >>> smaller(jnp.array([1.0, 2.0]), jnp.array([3.0, -4.0])).tolist()
+        [1.0, -4.0]
+    """
+    return either(b < a, b, a)
+
+
 def grazing(most: Array) -> Array:
     """The rounding error of a difference, in place of one that is not positive under a root.
 

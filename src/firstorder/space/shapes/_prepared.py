@@ -11,6 +11,7 @@ from jaxtyping import Array, Bool, Float
 from firstorder._display import Module
 from firstorder.numerics._select import either
 from firstorder.numerics._vectors import apart, matvec
+from firstorder.space.shapes._slabs import EXACT, slack
 
 Point = Float[Array, "3"]
 Distance = Float[Array, ""]
@@ -22,11 +23,13 @@ class Prepared(Module):
     Attributes:
         center: what goes to the origin [m].
         turn: matrix of the map, without the shift [1/m].
+        near: how far a hit may lie from its place by rounding, if rays start at the shape.
         kind: whose ray test it is.
     """
 
     center: Float[Array, "*n 3"]
     turn: Float[Array, "*n 3 3"]
+    near: Float[Array, "*n 3"]
     kind: type[Any] = eqx.field(static=True)
 
     @property
@@ -37,5 +40,6 @@ class Prepared(Module):
     def distance(self, origin: Point, along: Point, own: Bool[Array, ""] | bool) -> Distance:
         """Distance at which a ray first meets the shape, infinity for none."""
         o, d = matvec(self.turn, origin - self.center), matvec(self.turn, along)
-        t = self.kind.canonical_distance(apart(o), apart(d))
+        spare = apart(slack(o, self.near)) if self.kind.faceted else EXACT
+        t = self.kind.canonical_distance(apart(o), apart(d), spare)
         return either((t > 0.0) & ~jnp.asarray(own), t, jnp.inf)

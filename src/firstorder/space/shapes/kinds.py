@@ -15,10 +15,11 @@ shape's along the third column of `axes`, the vector product of the first two.
 from __future__ import annotations
 
 import abc
+from typing import ClassVar
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder._argument_checks import (
     check_coordinates,
@@ -29,7 +30,7 @@ from firstorder._argument_checks import (
 from firstorder._display import Module
 from firstorder.numerics._host import hosted
 from firstorder.numerics._quadratic import first_root, root_sum
-from firstorder.numerics._select import either, grazing
+from firstorder.numerics._select import either, grazing, larger, smaller
 from firstorder.numerics._vectors import (
     Coordinates,
     cross_apart,
@@ -41,6 +42,7 @@ from firstorder.numerics._vectors import (
 )
 from firstorder.scene._sides import closed_front
 from firstorder.space.shapes._prepared import Distance, Point, Prepared
+from firstorder.space.shapes._slabs import EXACT, Slack, beside, level_along, slab
 from firstorder.typing import as_array, as_float
 
 
@@ -82,6 +84,9 @@ class Shape(Module):
         if is_concrete(self.axes):
             for each in np.asarray(self.axes):
                 check_invertible("axes", each)
+
+    # Whether the ray test asks for the slack of flat faces.
+    faceted: ClassVar[bool] = True
 
     @property
     def count(self) -> int:
@@ -128,7 +133,8 @@ class Shape(Module):
 
     def prepared(self) -> Prepared:
         """The shapes as searches ask for their `distance`: what depends on no ray is found once."""
-        return Prepared(self.center, inverse_3x3(self.axes), type(self))
+        turn = inverse_3x3(self.axes)
+        return Prepared(self.center, turn, beside(turn, self.center), type(self))
 
     def normal(self, point: Point) -> Point:
         """The unit normal at a point of the surface."""
@@ -142,8 +148,11 @@ class Shape(Module):
 
     @classmethod
     @abc.abstractmethod
-    def canonical_distance(cls, o: Coordinates, d: Coordinates) -> Array:
-        """Distance on the canonical shape, negative or infinite for none: the ray test.
+    def canonical_distance(cls, o: Coordinates, d: Coordinates, slack: Slack = EXACT) -> Array:
+        """Distance on the canonical shape, not positive or infinite for none: the ray test.
+
+        What is flat reaches beyond its edges within rounding, `slack` by coordinate, so that no ray
+        passes between two shapes that are joined there.
 
         The direction is no unit vector here. Of many rays at once each test is one loop over
         numbers side by side if a quotient or a root has one reader: with two XLA keeps it in
@@ -175,13 +184,15 @@ class Ellipsoids(Shape):
         2
     """
 
+    faceted = False
+
     @property
     def closed(self) -> bool:
         """Whether the shapes have an inside: they do."""
         return True
 
     @classmethod
-    def canonical_distance(cls, o, d):
+    def canonical_distance(cls, o, d, slack=EXACT):
         """Distance to the unit ball; |o x d|^2 keeps the digits that b^2 - a c loses far away."""
         a, b, c = dot_apart(d, d), dot_apart(o, d), dot_apart(o, o) - 1.0
         side = cross_apart(o, d)
@@ -217,12 +228,12 @@ class Boxes(Shape):
         return True
 
     @classmethod
-    def canonical_distance(cls, o, d):
+    def canonical_distance(cls, o, d, slack=EXACT):
         """Distance to the intersection of three slabs."""
-        slabs = [_slab(*along) for along in zip(o, d, strict=True)]
+        slabs = [slab(*a) for a in zip(o, d, level_along(d), slack, strict=True)]
         enter, leave = slabs[0]
         for near, far in slabs[1:]:
-            enter, leave = jnp.maximum(enter, near), jnp.minimum(leave, far)
+            enter, leave = larger(enter, near), smaller(leave, far)
         return either(enter <= leave, either(enter > 0.0, enter, leave), jnp.inf)
 
     @classmethod
@@ -253,10 +264,10 @@ class Cylinders(Shape):
         return True
 
     @classmethod
-    def canonical_distance(cls, o, d):
+    def canonical_distance(cls, o, d, slack=EXACT):
         """Distance to the round wall within the slab of the caps."""
-        flat = d[0] ** 2 + d[1] ** 2
-        upright = flat <= 0.0
+        flat, level = d[0] ** 2 + d[1] ** 2, level_along(d)
+        upright = level[0] & level[1]
         a = either(upright, 1.0, flat)
         b = o[0] * d[0] + o[1] * d[1]
         square = a - (o[0] * d[1] - o[1] * d[0]) ** 2
@@ -264,9 +275,9 @@ class Cylinders(Shape):
         hit = either(upright, within, square > 0.0)
         # Chosen once more, the root has one reader.
         root = either(hit, jnp.sqrt(either(hit & ~upright, square, grazing(a))), 0.0)
-        near, far = _slab(o[2], d[2])
-        enter = jnp.maximum(either(upright, -jnp.inf, (-b - root) / a), near)
-        leave = jnp.minimum(either(upright, jnp.inf, (root - b) / a), far)
+        low, high = slab(o[2], d[2], level[2], slack[2])
+        enter = larger(either(upright, -jnp.inf, (-b - root) / a), low)
+        leave = smaller(either(upright, jnp.inf, (root - b) / a), high)
         hit = hit & (enter <= leave)
         return either(hit, either(enter > 0.0, enter, leave), jnp.inf)
 
@@ -303,11 +314,13 @@ class _Flat(Shape):
         return type(self)(self.center, either(which[:, None, None], swapped, self.axes))
 
     @classmethod
-    def canonical_distance(cls, o, d):
+    def canonical_distance(cls, o, d, slack=EXACT):
         """Distance to the plane z = 0, if the point in it counts."""
+        # A level ray meets nothing, even where a compiler rounds its d in two ways (`level_along`).
         level = d[2] == 0.0
-        t = either(level, -1.0, -o[2] / either(level, 1.0, d[2]))
-        return either(cls.holds(o[0] + t * d[0], o[1] + t * d[1]), t, jnp.inf)
+        t = either(level, -1.0, -o[2] / either(level, jnp.inf, d[2]))
+        there = cls.holds(o[0] + t * d[0], o[1] + t * d[1], slack[0], slack[1])
+        return either(there, t, jnp.inf)
 
     @classmethod
     def canonical_inside(cls, e):
@@ -316,8 +329,17 @@ class _Flat(Shape):
 
     @classmethod
     @abc.abstractmethod
-    def holds(cls, x: Array, y: Array) -> Bool[Array, ""]:
-        """Whether a point of the plane belongs to the canonical shape."""
+    def holds(
+        cls, x: Array, y: Array, across: ArrayLike = 0.0, along: ArrayLike = 0.0
+    ) -> Bool[Array, ""]:
+        """Whether a point of the plane belongs to the canonical shape.
+
+        Args:
+            x: one coordinate of the point.
+            y: the other.
+            across: by how much x may be off where an edge is straight.
+            along: likewise y.
+        """
 
 
 class Discs(_Flat):
@@ -331,7 +353,7 @@ class Discs(_Flat):
     """
 
     @classmethod
-    def holds(cls, x, y):
+    def holds(cls, x, y, across=0.0, along=0.0):
         """Whether a point is in the unit disc."""
         return x * x + y * y <= 1.0
 
@@ -347,9 +369,9 @@ class Rectangles(_Flat):
     """
 
     @classmethod
-    def holds(cls, x, y):
+    def holds(cls, x, y, across=0.0, along=0.0):
         """Whether a point is in the square [-1, 1]^2."""
-        return (jnp.abs(x) <= 1.0) & (jnp.abs(y) <= 1.0)
+        return (jnp.abs(x) <= 1.0 + across) & (jnp.abs(y) <= 1.0 + along)
 
 
 class Triangles(_Flat):
@@ -363,9 +385,10 @@ class Triangles(_Flat):
     """
 
     @classmethod
-    def holds(cls, x, y):
+    def holds(cls, x, y, across=0.0, along=0.0):
         """Whether a point is in the corner triangle."""
-        return (x >= 0.0) & (y >= 0.0) & (x + y <= 1.0)
+        x, y = x + across, y + along
+        return (x >= 0.0) & (y >= 0.0) & (x + y <= 1.0 + 2.0 * (across + along))
 
     def middle(self, eye):
         """The centroid."""
@@ -383,7 +406,7 @@ class Planes(_Flat):
     """
 
     @classmethod
-    def holds(cls, x, y):
+    def holds(cls, x, y, across=0.0, along=0.0):
         """Whether a point is in the plane: all are."""
         return jnp.asarray(True)
 
@@ -391,16 +414,6 @@ class Planes(_Flat):
         """The foot of the perpendicular."""
         n = self.normal(self.center)
         return eye - dot(eye - self.center, n) * n
-
-
-def _slab(o: Array, d: Array) -> tuple[Array, Array]:
-    """Interval of a ray between -1 and 1, of one coordinate."""
-    level = d == 0.0
-    sign = either(d < 0.0, jnp.full_like(d, -1.0), 1.0)
-    o, size = o * sign, either(level, 1.0, d * sign)
-    between = either(jnp.abs(o) <= 1.0, jnp.full_like(o, -jnp.inf), jnp.inf)
-    near = either(level, between, (-1.0 - o) / size)
-    return near, either(level, jnp.inf, (1.0 - o) / size)
 
 
 # Scenes keep shapes in this order.
