@@ -131,6 +131,7 @@ def _between(
 ) -> Between:
     """`seen_between` of one view, for shapes of which is known whether depth orders them."""
     position, n, on, cuts = view
+    groups = tuple(group.ready() for group in groups)
     half = cuts.sine / (1.0 + cuts.cosine)  # the tangent of half the angle, which rises with it
     order = order_of(half)
     edge = jnp.ones((1,), half.dtype)

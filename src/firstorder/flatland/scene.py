@@ -230,11 +230,12 @@ class Scene(Module):
         """
         return named(self.names, name)
 
-    def _pick(self, index: ArrayLike, ask: Callable[[Shape], Any]) -> Any:
-        """Result of a function for the shape of that number."""
+    def _pick(self, index: ArrayLike, ask: Callable[[Shape], Any], *, ray: bool = False) -> Any:
+        """Result of a function for the shape of that number; `ray`, if it asks for rays."""
         check_index("index", index, self.count)
         check_one("index", index)
-        return picked(self.groups, index, ask)
+        groups = tuple(group.ready() for group in self.groups) if ray else self.groups
+        return picked(groups, index, ask)
 
     def motion(self, index: Int[Array, ""], s: Float[Array, ""]) -> tuple[Point, Point, Point]:
         """Position of a point of a shape, with its first and second derivative in s."""
@@ -271,7 +272,7 @@ class Scene(Module):
             Distance (infinity for a miss) and parameter; differentiable in everything.
         """
         index, on = jnp.asarray(index), jnp.asarray(on)
-        return self._pick(index, lambda shape: shape.hit(origin, along, on == index))
+        return self._pick(index, lambda shape: shape.hit(origin, along, on == index), ray=True)
 
     def front(
         self, index: Int[Array, ""], origin: Point, along: Point, on: ArrayLike = -1
@@ -285,7 +286,7 @@ class Scene(Module):
             on: number of the shape on which the origin lies, or -1.
         """
         index, on = jnp.asarray(index), jnp.asarray(on)
-        return self._pick(index, lambda shape: shape.front(origin, along, on == index))
+        return self._pick(index, lambda shape: shape.front(origin, along, on == index), ray=True)
 
     def silhouettes(
         self, p: Point, on: ArrayLike = -1

@@ -54,7 +54,9 @@ def brackets(
     return low, high, sign != jnp.roll(sign, -1)
 
 
-def bracketed_root(f: Function, low: Float[Array, ""], high: Float[Array, ""]) -> Float[Array, ""]:
+def bracketed_root(
+    f: Function, low: Float[Array, "*n"], high: Float[Array, "*n"]
+) -> Float[Array, "*n"]:
     """The root of f between two ends of opposite sign. It has no derivative."""
 
     def narrow(_, ends):
@@ -69,7 +71,7 @@ def bracketed_root(f: Function, low: Float[Array, ""], high: Float[Array, ""]) -
     return jax.lax.stop_gradient(s)
 
 
-def newton(f: Function, s: Float[Array, ""]) -> Float[Array, ""]:
+def newton(f: Function, s: Float[Array, "*n"]) -> Float[Array, "*n"]:
     """One step of Newton's iteration; none where f is level."""
     value, slope, *_ = f(s)
     return s - value / jnp.where(slope == 0.0, 1.0, slope)

@@ -5,6 +5,7 @@ import pytest
 
 from firstorder.flatland import Receiver, Scene, closed_curve, irradiance, primitive
 from firstorder.flatland.shapes._fourier import CurveRoots
+from firstorder.numerics._piecewise_roots import taylor
 from tests.flatland.worlds import bean
 
 
@@ -63,12 +64,12 @@ def test_motion_is_the_series_with_its_derivatives():
     shape = jax.tree.map(lambda a: a[0], bean())
     curve = CurveRoots(shape.cosines, shape.sines, shape.samples)
     s, orders = jnp.array(0.37), [lambda s: curve.motion(s)[0]]
-    for _ in range(3):
+    for _ in range(2):
         orders.append(jax.jacfwd(orders[-1]))
     a = -2.0 * np.pi * (s + 1.0 / 128.0)  # clockwise, from the last of 128 points
     here = [np.cos(a), 0.7 * np.sin(a) + 0.35 * np.cos(2.0 * a)]
     np.testing.assert_allclose(curve.motion(s)[0], here, rtol=1e-12)
-    for found, order in zip((*curve.motion(s), curve._third(s)), orders, strict=True):
+    for found, order in zip(curve.motion(s), orders, strict=True):
         np.testing.assert_allclose(found, order(s), rtol=1e-12)
 
 
@@ -94,6 +95,37 @@ def test_lines_touch_a_curve_where_the_angle_turns_back_at_which_its_places_are_
         )
         counts.append(len(found))
     assert {*counts[:5]} == {*counts[5:]} == {2, 4}  # four where the dent is seen from outside
+
+
+def test_lines_touch_a_star_in_up_to_eight_places():
+    """As many as the angle at which a fine polygon is seen turns back."""
+    a = 2.0 * np.pi * np.arange(100_000) / 100_000
+    r = 1.0 + 0.25 * np.cos(5.0 * a)
+    places = np.stack([r * np.cos(a), r * np.sin(a)], -1)
+    star = jax.tree.map(lambda a: a[0], closed_curve(places[::500], 12))
+    eyes = np.random.default_rng(2).uniform(-2.5, 2.5, (60, 2))
+    points, valid = jax.jit(jax.vmap(lambda p: star.silhouettes(p, OFF)))(eyes)
+    counts = []
+    for eye, at, there in zip(eyes, np.asarray(points), np.asarray(valid), strict=True):
+        x, y = (places - eye).T
+        angle = np.unwrap(np.arctan2(y, x))
+        angle = np.concatenate(
+            [
+                angle,
+                angle[:1] + np.round((angle[-1] - angle[0]) / 2 / np.pi) * 2 * np.pi,
+                angle[1:2] + np.round((angle[-1] - angle[0]) / 2 / np.pi) * 2 * np.pi,
+            ]
+        )
+        turns = (np.flatnonzero(np.diff(np.sign(np.diff(angle)))) + 1) % len(a)
+        if len(turns) <= 8:
+            found = at[there]
+            assert len(found) == len(turns)
+            apart = np.linalg.norm(found[:, None] - places[turns], axis=-1)
+            assert np.all(apart.min(0, initial=9.0) < 1e-3)
+        else:
+            assert np.all(np.isnan(at))
+        counts.append(len(turns))
+    assert {2, 4, 6, 8} <= {*counts}
 
 
 def test_tangents_of_a_circle_as_a_series_carry_two_derivatives():
@@ -131,3 +163,76 @@ def test_more_tangents_than_are_kept_are_no_answer():
     assert jnp.isnan(
         irradiance(Scene.of(primitive(flower, emission=1.0)), Receiver((0.0, 0.0), 0.0))
     )
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("harmonics", [0, 1, 5, 16, 80])
+def test_on_its_pieces_a_curve_is_the_series_with_its_derivatives(harmonics, dtype):
+    """Of harmonics that fall off as those of a smooth curve; so many that pieces are divided."""
+    rng = np.random.default_rng(harmonics)
+    fall = np.exp(-0.3 * np.arange(harmonics + 1))[:, None]
+    a, b = (fall * rng.normal(size=(harmonics + 1, 2)) for _ in range(2))
+    pieces = CurveRoots(jnp.asarray(a, dtype), jnp.asarray(b, dtype), 64).prepared()
+    count, u = pieces.starts.shape[-1], np.array([-1.0, -0.3, 0.4, 1.0])
+    assert count == (256 if harmonics == 80 else 64)
+    s = (np.arange(count)[:, None] + 0.5 + 0.5 * u) / count
+    turn = 2.0 * np.pi * np.arange(harmonics + 1)
+    cos, sin = (g(turn * s[..., None]) for g in (np.cos, np.sin))
+    step = turn[:, None] / (2.0 * count)  # a derivative in u for one in s
+    series = (
+        cos @ a + sin @ b,
+        cos @ (step * b) - sin @ (step * a),
+        -(cos @ (step**2 * a) + sin @ (step**2 * b)),
+    )
+    eps = np.finfo(dtype).eps
+    for k, true in enumerate(series):
+        at_start = pieces.starts[k] + (pieces.center[:, None] if k == 0 else 0.0)
+        np.testing.assert_allclose(at_start.T, true[:, 0], rtol=0.0, atol=60.0 * eps)
+        for i in (0, 1):
+            rows = jnp.broadcast_to(pieces.about[i][:, :, None], (*pieces.about[i].shape, len(u)))
+            found = taylor(rows, jnp.asarray(np.broadcast_to(u, s.shape), dtype), 3)[k]
+            found = found + (pieces.center[i] if k == 0 else 0.0)
+            np.testing.assert_allclose(found, true[..., i], rtol=0.0, atol=60.0 * eps)
+
+
+def flower():
+    """A curve with twelve petals, which a line meets in up to ten places."""
+    a = 2.0 * np.pi * np.arange(256) / 256
+    r = 1.0 + 0.3 * np.cos(12.0 * a)
+    return closed_curve(np.stack([r * np.cos(a), r * np.sin(a)], -1), 14, samples=128)
+
+
+@pytest.mark.parametrize("make", [bean, flower])
+def test_rays_meet_a_curve_where_they_first_meet_a_fine_polygon(make):
+    """From outside, from inside and from the curve itself; to the arrow height of its sides."""
+    group, rng, n, sides = make(), np.random.default_rng(9), 600, 20_000
+    shape = jax.tree.map(lambda a: a[0], group)
+    s = np.arange(sides) / sides
+    corners = np.asarray(jax.jit(jax.vmap(lambda s: shape.motion(s)[0]))(s))
+    on = np.arange(n) % 3 == 0
+    start = np.where(on[:, None], corners[rng.integers(0, sides, n)], rng.uniform(-2, 2, (n, 2)))
+    a = rng.uniform(0.0, 2.0 * np.pi, n)
+    along = np.stack([np.cos(a), np.sin(a)], -1)
+    ready = jax.tree.map(lambda a: a[0], group.ready())
+    asked = start, along, on
+    hits = jax.jit(jax.vmap(ready.hit))(*asked)[0]
+    searched = jax.jit(jax.vmap(ready.prepared().distance))(*asked)
+    np.testing.assert_allclose(searched, hits, rtol=0.0, atol=1e-12)
+
+    true, clear = [], []
+    for o, d, own in zip(start, along, on, strict=True):
+        w = corners - o
+        beside, ahead = d[0] * w[:, 1] - d[1] * w[:, 0], w @ d
+        after, later = np.roll(beside, -1), np.roll(ahead, -1)
+        met = (beside > 0.0) != (after > 0.0)
+        t = (ahead * after - later * beside)[met] / (after - beside)[met]
+        t = t[t > (1e-3 if own else 0.0)]
+        true.append(t.min(initial=np.inf))
+        # Where the ray grazes the curve, or starts beside it, the polygon is no oracle.
+        near = np.abs(beside) < 1e-4
+        slow = np.abs(after - beside) < 0.03 * np.hypot(*(np.roll(corners, -1, 0) - corners).T)
+        clear.append(not np.any(near & slow & (ahead > -1e-3)))
+    true, clear = np.array(true), np.array(clear)
+    assert clear.sum() > 0.9 * n
+    assert 0.1 < np.isinf(true[clear]).mean() < 0.9
+    np.testing.assert_allclose(np.asarray(hits)[clear], true[clear], rtol=0.0, atol=1e-5)

@@ -78,6 +78,10 @@ class Shape(Module):
         """The shapes as searches ask for their `distance`: what depends on no ray is found once."""
         return self
 
+    def ready(self) -> Shape:
+        """The same shapes, all of a kind, for many questions: what none changes is found once."""
+        return self
+
     def distance(self, origin: Point, along: Point, on: Bool[Array, ""]) -> Float[Array, ""]:
         """The distance of `hit` alone, for searches."""
         prepared = self.prepared()

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
@@ -28,7 +29,7 @@ from firstorder._argument_checks import (
 )
 from firstorder.conventions import direction
 from firstorder.flatland.shapes._base import Point, Shape, column, rows, same, spread, stack
-from firstorder.flatland.shapes._fourier import MOST_TANGENTS, CurveRoots
+from firstorder.flatland.shapes._fourier import MOST_TANGENTS, CurveRoots, PreparedCurves
 from firstorder.flatland.shapes._prepared import PreparedArcs, PreparedEllipses
 from firstorder.flatland.shapes._unit_circle import (
     SLACK,
@@ -459,14 +460,36 @@ class Curves(Shape):
         """Number of curves."""
         return self.cosines.shape[0]
 
+    def _series(self) -> CurveRoots:
+        return CurveRoots(self.cosines, self.sines, self.samples)
+
     def motion(self, s):
         """The series and its two derivatives."""
-        return CurveRoots(self.cosines, self.sines, self.samples).motion(s)
+        return self._series().motion(s)
+
+    def ready(self):
+        """With its pieces, which cost more than a ray."""
+        pieces = jax.vmap(lambda shape: shape.prepared())(self)
+        return ReadyCurves(self.cosines, self.sines, self.samples, pieces=pieces)
+
+    def prepared(self):
+        """In pieces, on each of which the series is a polynomial."""
+        return self._series().prepared()
 
     def hit(self, origin, along, on):
         """The nearest of the bracketed crossings."""
-        return CurveRoots(self.cosines, self.sines, self.samples).hit(origin, along, on)
+        return self._series().hit(self.prepared(), origin, along, on)
 
     def silhouettes(self, p, on):
         """The bracketed points of tangency."""
-        return CurveRoots(self.cosines, self.sines, self.samples).tangents(p)
+        return self._series().tangents(self.prepared(), p)
+
+
+class ReadyCurves(Curves):
+    """Curves together with their pieces, which all questions share."""
+
+    pieces: PreparedCurves = eqx.field(kw_only=True)
+
+    def prepared(self):
+        """The pieces, as they are."""
+        return self.pieces
