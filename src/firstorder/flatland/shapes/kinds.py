@@ -414,10 +414,11 @@ class Curves(Shape):
     `c(s) = sum_k cosines[k] cos(2 pi k s) + sines[k] sin(2 pi k s)`, clockwise for outward normals
     (`closed_curve` makes one through points, and turns it the right way).
 
-    Roots are bracketed on `samples` pieces, each cut once more at the extremum inside it, and then
-    polished by Newton steps that carry the derivatives. Valid when: two features of the curve are
-    further apart than a piece, the curve does not cross itself, and no point sees more than eight
-    of its tangents: from there the view is NaN.
+    Roots are bracketed on `samples` pieces, on more where harmonics turn faster, each cut once more
+    at an extremum near zero, and then polished by Newton steps that carry the derivatives. Valid
+    when: two features of the curve are further apart than a piece, the curve does not cross itself,
+    no line touches it in more than four places, and no point sees more than eight of its tangents:
+    from there the view is NaN.
 
     Args:
         cosines: shape (n, K, 2) or (K, 2), from the mean (k = 0) up [m].
@@ -470,7 +471,7 @@ class Curves(Shape):
     def ready(self):
         """With its pieces, which cost more than a ray."""
         pieces = jax.vmap(lambda shape: shape.prepared())(self)
-        return ReadyCurves(self.cosines, self.sines, self.samples, pieces=pieces)
+        return _ReadyCurves(self.cosines, self.sines, self.samples, pieces=pieces)
 
     def prepared(self):
         """In pieces, on each of which the series is a polynomial."""
@@ -485,7 +486,7 @@ class Curves(Shape):
         return self._series().tangents(self.prepared(), p)
 
 
-class ReadyCurves(Curves):
+class _ReadyCurves(Curves):
     """Curves together with their pieces, which all questions share."""
 
     pieces: PreparedCurves = eqx.field(kw_only=True)
