@@ -58,6 +58,9 @@ class Shape(Module):
             shape.
     """
 
+    # Whether the ray test asks for the slack of flat faces.
+    faceted: ClassVar[bool] = True
+
     center: Float[Array, "*n 3"]
     axes: Float[Array, "*n 3 3"]
 
@@ -84,9 +87,6 @@ class Shape(Module):
         if is_concrete(self.axes):
             for each in np.asarray(self.axes):
                 check_invertible("axes", each)
-
-    # Whether the ray test asks for the slack of flat faces.
-    faceted: ClassVar[bool] = True
 
     @property
     def count(self) -> int:
