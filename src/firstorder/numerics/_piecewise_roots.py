@@ -41,7 +41,7 @@ def degree(reach: float, eps: float) -> int:
     Example:
         >>> from firstorder.numerics._piecewise_roots import degree
         >>> degree(1.0, 2.0**-52)
-        17
+        18
     """
     n, term = 0, 1.0
     while term > 0.25 * eps:
