@@ -234,8 +234,9 @@ class Scene(Module):
         """Result of a function for the shape of that number; `ray`, if it asks for rays."""
         check_index("index", index, self.count)
         check_one("index", index)
-        groups = tuple(group.ready() for group in self.groups) if ray else self.groups
-        return picked(groups, index, ask)
+        # One shape of a known number is made ready by its question.
+        many = ray and not is_concrete(index)
+        return picked([g.ready() for g in self.groups] if many else self.groups, index, ask)
 
     def motion(self, index: Int[Array, ""], s: Float[Array, ""]) -> tuple[Point, Point, Point]:
         """Position of a point of a shape, with its first and second derivative in s."""

@@ -3,7 +3,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.flatland import Receiver, Scene, closed_curve, irradiance, primitive
+from firstorder.flatland import Curves, Receiver, Scene, closed_curve, irradiance, primitive
 from firstorder.flatland.shapes._fourier import CurveRoots
 from firstorder.numerics._piecewise_roots import taylor
 from tests.flatland.worlds import bean
@@ -58,6 +58,31 @@ def test_a_curve_is_met_however_near_to_it_a_ray_starts_beside_it():
     np.testing.assert_allclose(outside, gaps, rtol=1e-12, atol=1e-15)
     inside = hit(np.array([0.5, 2.0]) + (0.7 - gaps[:4, None]) * d)
     np.testing.assert_allclose(inside, gaps[:4], rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("samples", [4, 64])
+@pytest.mark.parametrize("thin", [0.1, 0.01, 0.001])
+def test_the_tip_of_a_thin_curve_in_the_middle_of_a_piece_is_met_from_inside(thin, samples):
+    """It bows out by far more than its chord."""
+    half = np.pi / samples
+    cos = [[0.0, 0.0], [np.cos(half), thin * np.sin(half)]]
+    sin = [[0.0, 0.0], [np.sin(half), -thin * np.cos(half)]]
+    ellipse = jax.tree.map(lambda a: a[0], Curves(cos, sin, samples))
+    start = 1.0 - np.geomspace(1e-6, 1.0, 200)
+    t, _ = jax.jit(jax.vmap(lambda x: ellipse.hit(jnp.stack([x, 0.0 * x]), jnp.eye(2)[0], OFF)))(
+        start
+    )
+    np.testing.assert_allclose(t, 1.0 - start, rtol=0.0, atol=1e-14)
+
+
+def test_a_distance_is_in_lengths_of_the_direction_and_a_curve_of_nan_is_missed():
+    circle = as_circle(0.0, 0.0, 1.0)
+    o, d = jnp.array([-3.0, 0.0]), jnp.array([4.0, 0.0])
+    assert abs(circle.hit(o, d, OFF)[0] - 0.5) < 1e-15
+    assert abs(circle.distance(o, d, OFF) - 0.5) < 1e-15
+    scene = jax.tree.map(lambda a: a * jnp.nan, Scene.of(primitive(bean())))
+    assert jnp.isinf(scene.hit(jnp.array(0), o, d)[0])
+    assert jnp.all(jnp.isinf(jax.vmap(scene.hit, (0, None, None))(jnp.array([0, 0]), o, d)[0]))
 
 
 def test_motion_is_the_series_with_its_derivatives():

@@ -25,9 +25,9 @@ from firstorder.numerics._roots import bracketed_root, newton
 
 MOST_TANGENTS = 8
 # Crossings that are found to rounding, of which the nearest counts: beside a tangent there are two,
-# and as many may lie behind the start of a ray.
+# pieces may lie side by side, and some crossings behind the start of a ray.
 NEAREST = 6
-PAIRS = 4  # pieces that a line may touch at once
+PAIRS = 4  # pieces on which a line that turns there may cross twice: the nearest to it are asked
 
 
 class CurveRoots(Module):
@@ -56,8 +56,10 @@ class CurveRoots(Module):
     def prepared(self) -> PreparedCurves:
         """The curve in pieces, on each of which it is a polynomial to rounding.
 
-        A piece is so short that the highest harmonic turns by at most two radians on it.
+        A piece is so short that the highest harmonic turns by at most two radians on it. Pieces
+        have no derivatives.
         """
+        curve = jax.lax.stop_gradient(self)
         k = np.arange(1, self.cosines.shape[-2])
         pieces = self.samples * max(1, math.ceil(math.pi * k.size / self.samples))
         reach = math.pi * k / pieces  # by which harmonics turn on half a piece
@@ -68,23 +70,23 @@ class CurveRoots(Module):
         wave = np.array([1, 1j, -1, -1j])[m % 4] * reach**m / special.factorial(m)
         wave = wave * np.exp(1j * turn)
         cos, sin = (jnp.asarray(part, self.cosines.dtype) for part in (wave.real, wave.imag))
-        about = cos @ self.cosines[1:] + sin @ self.sines[1:]
+        about = cos @ curve.cosines[1:] + sin @ curve.sines[1:]
         about = jnp.moveaxis(about, -1, 0)
         by_order = jnp.moveaxis(about, 1, 0)
         starts = jnp.stack(taylor(by_order, -jnp.ones_like(by_order[0]), 3))
-        chords = jnp.sqrt(jnp.sum((jnp.roll(starts[0], -1, 1) - starts[0]) ** 2, 0))
-        return PreparedCurves(self.cosines[0], about, starts, chords, self._nearest_self())
+        extents = 2.0 * jnp.sum(jnp.sqrt(jnp.sum(by_order[1:] ** 2, 1)), 0)
+        return PreparedCurves(curve.cosines[0], about, starts, extents, self._nearest_self())
 
     def hit(self, pieces: PreparedCurves, origin: Point, along: Point, on: Bool[Array, ""]):
         """The nearest crossing with a ray: distance and parameter, infinity if there is none.
 
         Args:
-            pieces: the curve, prepared; its derivatives do not count.
+            pieces: the curve, prepared.
             origin: of the ray [m].
             along: its direction.
             on: whether the origin lies on the curve.
         """
-        t, s = jax.lax.stop_gradient(pieces).crossing(*jax.lax.stop_gradient((origin, along)), on)
+        t, s = pieces.crossing(*jax.lax.stop_gradient((origin, along)), on)
         there = jnp.isfinite(t)
         s = jnp.where(there, s, 0.0)
         across = jnp.stack([-along[1], along[0]])
@@ -103,7 +105,7 @@ class CurveRoots(Module):
             u = c - p
             return v[0] * u[1] - v[1] * u[0], a[0] * u[1] - a[1] * u[0]
 
-        s, valid, too_many = jax.lax.stop_gradient(pieces).touching(jax.lax.stop_gradient(p))
+        s, valid, too_many = pieces.touching(jax.lax.stop_gradient(p))
         for _ in range(2):  # now with derivatives
             value, slope = jax.vmap(f)(s)
             s = s - jnp.where(valid, value, 0.0) / jnp.where(valid & (slope != 0), slope, 1.0)
@@ -124,14 +126,14 @@ class PreparedCurves(Module):
         center: of each [m].
         about: by coordinate, power of u and piece, without the centre [m].
         starts: where the pieces start, and two derivatives in u there, by coordinate and piece [m].
-        chords: how long they are, roughly [m].
+        extents: how far their points are apart at most [m].
         own: the distance below which a point of the curve is the eye's own [m].
     """
 
     center: Float[Array, "*n 2"]
     about: Float[Array, "*n 2 m p"]
     starts: Float[Array, "*n 3 2 p"]
-    chords: Float[Array, "*n p"]
+    extents: Float[Array, "*n p"]
     own: Float[Array, "*n"]
 
     @property
@@ -146,7 +148,7 @@ class PreparedCurves(Module):
     def crossing(
         self, origin: Point, along: Point, on: Bool[Array, ""]
     ) -> tuple[Float[Array, ""], Float[Array, ""]]:
-        """The nearest crossing ahead: distance along a unit vector, and parameter."""
+        """The nearest crossing ahead: distance in lengths of a vector, and parameter."""
         (x, y), w = along, origin - self.center
         beside, before = cross_2d(along, w), dot_2d(along, w)
 
@@ -161,7 +163,7 @@ class PreparedCurves(Module):
         least = jnp.where(on, self.own, 0.0)
         start = x * place[0] + y * place[1] - before
         end = jnp.roll(start, -1)
-        ahead = jnp.maximum(start, end) + self.chords > least
+        ahead = jnp.maximum(start, end) + self.extents > least
         met = found.found & ahead[found.piece]
         which = order_of(jnp.where(met, (start + end)[found.piece], jnp.inf))[:NEAREST]
         piece = found.piece[which]
@@ -170,7 +172,7 @@ class PreparedCurves(Module):
         t = x * t[0] + y * t[1] - before
         t = jnp.where(met[which] & (t > least), t, jnp.inf)
         best = jnp.argmin(t)
-        return t[best], self._parameter(piece, u)[best]
+        return t[best] / dot_2d(along, along), self._parameter(piece, u)[best]
 
     def touching(self, p: Point) -> tuple[Array, Bool[Array, " k"], Bool[Array, ""]]:
         """Parameters of tangents from an eye, which of them exist, and whether there are more."""
@@ -214,4 +216,6 @@ def _root(f, rows: Array, low: Array, high: Array) -> Array:
         return f(rows, u)
 
     u = bracketed_root(of, low, high)
-    return newton(of, newton(of, u))
+    for _ in range(2):
+        u = jnp.clip(newton(of, u), low, high)
+    return u

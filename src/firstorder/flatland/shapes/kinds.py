@@ -416,9 +416,9 @@ class Curves(Shape):
 
     Roots are bracketed on `samples` pieces, on more where harmonics turn faster, each cut once more
     at an extremum near zero, and then polished by Newton steps that carry the derivatives. Valid
-    when: two features of the curve are further apart than a piece, the curve does not cross itself,
-    no line touches it in more than four places, and no point sees more than eight of its tangents:
-    from there the view is NaN.
+    when: two features of the curve are further apart than a piece, which a line so touches at most
+    once, the curve does not cross itself, no line touches it or nearly touches it in more than four
+    places, and no point sees more than eight of its tangents: from there the view is NaN.
 
     Args:
         cosines: shape (n, K, 2) or (K, 2), from the mean (k = 0) up [m].
@@ -443,6 +443,8 @@ class Curves(Shape):
     cosines: Float[Array, "n k 2"] = eqx.field(converter=lambda c: stack(c))
     sines: Float[Array, "n k 2"] = eqx.field(converter=lambda c: stack(c))
     samples: int = eqx.field(static=True, default=64)
+    # As `ready` leaves them for many questions.
+    pieces: PreparedCurves | None = eqx.field(default=None, kw_only=True, repr=False)
 
     closed = True
 
@@ -471,11 +473,11 @@ class Curves(Shape):
     def ready(self):
         """With its pieces, which cost more than a ray."""
         pieces = jax.vmap(lambda shape: shape.prepared())(self)
-        return _ReadyCurves(self.cosines, self.sines, self.samples, pieces=pieces)
+        return eqx.tree_at(lambda c: c.pieces, self, pieces, is_leaf=lambda a: a is None)
 
     def prepared(self):
         """In pieces, on each of which the series is a polynomial."""
-        return self._series().prepared()
+        return self._series().prepared() if self.pieces is None else self.pieces
 
     def hit(self, origin, along, on):
         """The nearest of the bracketed crossings."""
@@ -484,13 +486,3 @@ class Curves(Shape):
     def silhouettes(self, p, on):
         """The bracketed points of tangency."""
         return self._series().tangents(self.prepared(), p)
-
-
-class _ReadyCurves(Curves):
-    """Curves together with their pieces, which all questions share."""
-
-    pieces: PreparedCurves = eqx.field(kw_only=True)
-
-    def prepared(self):
-        """The pieces, as they are."""
-        return self.pieces

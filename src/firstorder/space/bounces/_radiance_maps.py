@@ -26,7 +26,7 @@ from firstorder.numerics._vectors import apart, inverse_3x3, matvec_apart, unit
 from firstorder.scene._bands import by_band
 from firstorder.scene._intersect import MISS, ranks, rounding, tie
 from firstorder.space.scene import Scene
-from firstorder.space.shapes._slabs import beside, slack
+from firstorder.space.shapes._slabs import Rounding, rounding_of
 from firstorder.space.shapes.kinds import Shape
 
 FACES = {
@@ -186,9 +186,11 @@ def _asked(shape: Shape, kind: str, first: Array, origin: Coordinates, along: Co
     x, y, z = (a - shape.center[i] for i, a in enumerate(origin))
     o, d = matvec_apart(turn, (x, y, z)), matvec_apart(turn, along)
     size = along[0].shape
-    near = apart(beside(turn, shape.center))
-    spare = tuple(slack(a, b) for a, b in zip(o, near, strict=True))
-    t = jnp.broadcast_to(shape.canonical_distance(o, d, spare), size)
+    place, way = (apart(a) for a in rounding_of(turn, shape.center, shape.axes))
+    x, y, z = (jnp.abs(a) for a in origin)
+    far = jnp.maximum(jnp.maximum(x, y), z)
+    off = Rounding(tuple(a + far * b for a, b in zip(place, way, strict=True)), way)
+    t = jnp.broadcast_to(shape.canonical_distance(o, d, off), size)
     hit = jnp.isfinite(t) & (t > 0.0)
     x, y, z = (a + jnp.where(hit, t, 0.0) * b for a, b in zip(o, d, strict=True))
     s, up, face, n = place_on_face(kind, x, y, z)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from firstorder._display import Module
 from firstorder.numerics._select import either
 from firstorder.numerics._vectors import apart, matvec
-from firstorder.space.shapes._slabs import EXACT, slack
+from firstorder.space.shapes._slabs import EXACT, Rounding, far_from
 
 Point = Float[Array, "3"]
 Distance = Float[Array, ""]
@@ -23,13 +24,15 @@ class Prepared(Module):
     Attributes:
         center: what goes to the origin [m].
         turn: matrix of the map, without the shift [1/m].
-        near: how far a hit may lie from its place by rounding, if rays start at the shape.
+        place: rounding of a hit for rays that start at the origin, by canonical coordinate.
+        way: rounding of a direction, likewise.
         kind: whose ray test it is.
     """
 
     center: Float[Array, "*n 3"]
     turn: Float[Array, "*n 3 3"]
-    near: Float[Array, "*n 3"]
+    place: Float[Array, "*n 3"]
+    way: Float[Array, "*n 3"]
     kind: type[Any] = eqx.field(static=True)
 
     @property
@@ -40,6 +43,12 @@ class Prepared(Module):
     def distance(self, origin: Point, along: Point, own: Bool[Array, ""] | bool) -> Distance:
         """Distance at which a ray first meets the shape, infinity for none."""
         o, d = matvec(self.turn, origin - self.center), matvec(self.turn, along)
-        spare = apart(slack(o, self.near)) if self.kind.faceted else EXACT
-        t = self.kind.canonical_distance(apart(o), apart(d), spare)
+        t = self.kind.canonical_distance(apart(o), apart(d), self._rounding(origin))
         return either((t > 0.0) & ~jnp.asarray(own), t, jnp.inf)
+
+    def _rounding(self, origin: Point) -> Rounding:
+        """Rounding of a ray from there."""
+        if not self.kind.faceted:
+            return EXACT
+        far = far_from(jax.lax.stop_gradient(origin))
+        return Rounding(apart(self.place + far * self.way), apart(self.way))

@@ -5,50 +5,63 @@ All numbers are coordinates of a canonical shape, which reaches from -1 to 1 or 
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, ArrayLike, Bool, Float
 
 from firstorder.numerics._select import either
 from firstorder.numerics._vectors import Coordinates
 
-# How far a hit may lie from its place by rounding, by coordinate.
-Slack: TypeAlias = Coordinates | tuple[float, float, float]
-EXACT = (0.0, 0.0, 0.0)
+Each: TypeAlias = Coordinates | tuple[float, float, float]
 
 
-def level_along(d: Coordinates) -> list[Array]:
-    """Along which coordinates a ray is level: they change by rounding alone across the shape.
+class Rounding(NamedTuple):
+    """By how much numbers of a ray may be off, by canonical coordinate.
 
-    Not only where they are zero: a compiler may round a number in two ways in one program, and
-    whether a quotient is taken and whether it counts must be decided alike.
+    Attributes:
+        place: a hit.
+        way: the direction.
     """
-    size = [jnp.abs(a) for a in jax.lax.stop_gradient(d)]
-    least = 4.0 * jnp.finfo(d[0].dtype).eps * (size[0] + size[1] + size[2])
-    return [a <= least for a in size]
+
+    place: Each
+    way: Each
 
 
-def beside(turn: Float[Array, "*n 3 3"], center: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
-    """How far a hit may lie from its place by rounding, by coordinate, if rays start at the shape.
+# Of how many roundings a number is off at most, but for grazing rays and for slivers.
+ROUNDINGS = 4.0
+EXACT = Rounding((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+def rounding_of(
+    turn: Float[Array, "*n 3 3"], center: Float[Array, "*n 3"], axes: Float[Array, "*n 3 3"]
+) -> tuple[Float[Array, "*n 3"], Float[Array, "*n 3"]]:
+    """Roundings of a hit for rays that start at the origin, and of a direction.
 
     Args:
         turn: matrix that makes the shape canonical.
         center: what it takes to the origin.
+        axes: inverse of the matrix.
     """
-    far = jnp.sum(jnp.abs(turn * center[..., None, :]), -1)
-    return jax.lax.stop_gradient(8.0 * jnp.finfo(far.dtype).eps * (1.0 + far))
+    turn, center, axes = jax.lax.stop_gradient((turn, center, axes))
+    size = ROUNDINGS * jnp.finfo(turn.dtype).eps * jnp.sum(jnp.abs(turn), -1)
+    reach = 2.0 * far_from(center) + jnp.max(jnp.abs(axes), (-2, -1))
+    return size * reach[..., None], size
 
 
-def slack(o: Array, near: Array) -> Array:
-    """The same for rays that start anywhere.
+def far_from(point: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
+    """The largest coordinate, by which numbers of a canonical row are rounded."""
+    return jnp.max(jnp.abs(point), -1)
 
-    Args:
-        o: where they start, canonically.
-        near: `beside`.
+
+def level_along(d: Coordinates, way: Each) -> list[Bool[Array, "..."]]:
+    """Along which coordinates a ray is level, but for rounding.
+
+    A compiler may round a number in two ways in one program: whether a quotient is taken and
+    whether it counts must be decided alike.
     """
-    return near + 8.0 * jnp.finfo(o.dtype).eps * jnp.abs(jax.lax.stop_gradient(o))
+    return [jnp.abs(a) <= b for a, b in zip(d, way, strict=True)]
 
 
 def slab(o: Array, d: Array, level: Array, spare: ArrayLike) -> tuple[Array, Array]:

@@ -42,7 +42,7 @@ from firstorder.numerics._vectors import (
 )
 from firstorder.scene._sides import closed_front
 from firstorder.space.shapes._prepared import Distance, Point, Prepared
-from firstorder.space.shapes._slabs import EXACT, Slack, beside, level_along, slab
+from firstorder.space.shapes._slabs import EXACT, Rounding, level_along, rounding_of, slab
 from firstorder.typing import as_array, as_float
 
 
@@ -58,7 +58,7 @@ class Shape(Module):
             shape.
     """
 
-    # Whether the ray test asks for the slack of flat faces.
+    # Whether the ray test asks for rounding, beside flat faces.
     faceted: ClassVar[bool] = True
 
     center: Float[Array, "*n 3"]
@@ -134,7 +134,8 @@ class Shape(Module):
     def prepared(self) -> Prepared:
         """The shapes as searches ask for their `distance`: what depends on no ray is found once."""
         turn = inverse_3x3(self.axes)
-        return Prepared(self.center, turn, beside(turn, self.center), type(self))
+        place, way = rounding_of(turn, self.center, self.axes)
+        return Prepared(self.center, turn, place, way, type(self))
 
     def normal(self, point: Point) -> Point:
         """The unit normal at a point of the surface."""
@@ -148,11 +149,11 @@ class Shape(Module):
 
     @classmethod
     @abc.abstractmethod
-    def canonical_distance(cls, o: Coordinates, d: Coordinates, slack: Slack = EXACT) -> Array:
+    def canonical_distance(cls, o: Coordinates, d: Coordinates, off: Rounding = EXACT) -> Array:
         """Distance on the canonical shape, not positive or infinite for none: the ray test.
 
-        What is flat reaches beyond its edges within rounding, `slack` by coordinate, so that no ray
-        passes between two shapes that are joined there.
+        What is flat reaches beyond its edges within rounding, so that no ray passes between two
+        shapes that are joined there.
 
         The direction is no unit vector here. Of many rays at once each test is one loop over
         numbers side by side if a quotient or a root has one reader: with two XLA keeps it in
@@ -192,7 +193,7 @@ class Ellipsoids(Shape):
         return True
 
     @classmethod
-    def canonical_distance(cls, o, d, slack=EXACT):
+    def canonical_distance(cls, o, d, off=EXACT):
         """Distance to the unit ball; |o x d|^2 keeps the digits that b^2 - a c loses far away."""
         a, b, c = dot_apart(d, d), dot_apart(o, d), dot_apart(o, o) - 1.0
         side = cross_apart(o, d)
@@ -228,9 +229,9 @@ class Boxes(Shape):
         return True
 
     @classmethod
-    def canonical_distance(cls, o, d, slack=EXACT):
+    def canonical_distance(cls, o, d, off=EXACT):
         """Distance to the intersection of three slabs."""
-        slabs = [slab(*a) for a in zip(o, d, level_along(d), slack, strict=True)]
+        slabs = [slab(*a) for a in zip(o, d, level_along(d, off.way), off.place, strict=True)]
         enter, leave = slabs[0]
         for near, far in slabs[1:]:
             enter, leave = larger(enter, near), smaller(leave, far)
@@ -264,9 +265,9 @@ class Cylinders(Shape):
         return True
 
     @classmethod
-    def canonical_distance(cls, o, d, slack=EXACT):
+    def canonical_distance(cls, o, d, off=EXACT):
         """Distance to the round wall within the slab of the caps."""
-        flat, level = d[0] ** 2 + d[1] ** 2, level_along(d)
+        flat, level = d[0] ** 2 + d[1] ** 2, level_along(d, off.way)
         upright = level[0] & level[1]
         a = either(upright, 1.0, flat)
         b = o[0] * d[0] + o[1] * d[1]
@@ -275,7 +276,7 @@ class Cylinders(Shape):
         hit = either(upright, within, square > 0.0)
         # Chosen once more, the root has one reader.
         root = either(hit, jnp.sqrt(either(hit & ~upright, square, grazing(a))), 0.0)
-        low, high = slab(o[2], d[2], level[2], slack[2])
+        low, high = slab(o[2], d[2], level[2], off.place[2])
         enter = larger(either(upright, -jnp.inf, (-b - root) / a), low)
         leave = smaller(either(upright, jnp.inf, (root - b) / a), high)
         hit = hit & (enter <= leave)
@@ -314,12 +315,12 @@ class _Flat(Shape):
         return type(self)(self.center, either(which[:, None, None], swapped, self.axes))
 
     @classmethod
-    def canonical_distance(cls, o, d, slack=EXACT):
+    def canonical_distance(cls, o, d, off=EXACT):
         """Distance to the plane z = 0, if the point in it counts."""
         # A level ray meets nothing, even where a compiler rounds its d in two ways (`level_along`).
         level = d[2] == 0.0
         t = either(level, -1.0, -o[2] / either(level, jnp.inf, d[2]))
-        there = cls.holds(o[0] + t * d[0], o[1] + t * d[1], slack[0], slack[1])
+        there = cls.holds(o[0] + t * d[0], o[1] + t * d[1], *off.place[:2])
         return either(there, t, jnp.inf)
 
     @classmethod
