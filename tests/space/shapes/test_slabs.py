@@ -9,7 +9,6 @@ import pytest
 from firstorder.space import Boxes, Cylinders, Rectangles, Scene, Triangles, primitive
 from firstorder.space.intersect import first_shape
 
-RNG = np.random.default_rng(4)
 TILT = np.array([[np.cos(0.7), 0, -np.sin(0.7)], [0, 1, 0], [np.sin(0.7), 0, np.cos(0.7)]])
 
 
@@ -44,10 +43,11 @@ def blocks(at, turn, thin):
     return [Boxes(at(side * thin, 0), turn * [thin, 1, 1]) for side in (-1, 1)]
 
 
-def turns(count):
-    for _ in range(count):
-        turn = np.linalg.qr(RNG.normal(size=(3, 3)))[0]
-        yield turn * np.linalg.det(turn)
+def places(rng, away):
+    """Some places that far off, and rotations."""
+    for _ in range(8):
+        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        yield away * rng.normal(size=3), turn * np.linalg.det(turn)
 
 
 def single(scene_shapes, dtype):
@@ -68,12 +68,11 @@ def test_no_ray_passes_between_what_is_joined(joined, away, thin, high, dtype):
     A ray that grazes a plane is off by more than is spared. Without that one ray of four to nine
     passes.
     """
-    n = 2000
-    for turn in turns(8):
-        center = away * RNG.normal(size=3)
+    n, rng = 2000, np.random.default_rng(4)
+    for center, turn in places(rng, away):
         scene = single(joined(partial(point, center, turn), turn, thin), dtype)
-        aims = center + RNG.uniform(-0.99, 0.99, (n, 1)) * turn[:, 1]
-        starts = center + high * RNG.normal(size=(n, 3))
+        aims = center + rng.uniform(-0.99, 0.99, (n, 1)) * turn[:, 1]
+        starts = center + high * rng.normal(size=(n, 3))
         if joined is blocks:
             starts = aims + high * turn[:, 2]
         along = aims - starts
@@ -89,7 +88,7 @@ def test_no_ray_passes_between_what_is_joined(joined, away, thin, high, dtype):
 def test_a_plate_is_judged_where_an_oblique_ray_meets_it(kind, dtype, thin):
     """Not where the ray starts: its thin coordinate is large, and the others are not level."""
     scene = single([kind(np.zeros(3), np.diag([1.0, 1.0, thin]))], dtype)
-    slope = 10.0 ** RNG.uniform(-6, -1, 500)
+    slope = 10.0 ** np.random.default_rng(4).uniform(-6, -1, 500)
     aim = np.where(np.arange(500) % 2 == 0, 0.99, 1.01)
     starts = np.stack([aim - 10.0 * slope, np.zeros(500), np.full(500, 10.0)], 1)
     along = np.stack([slope, np.zeros(500), -np.ones(500)], 1) / np.hypot(1.0, slope)[:, None]
@@ -108,9 +107,8 @@ def test_a_plate_is_judged_where_an_oblique_ray_meets_it(kind, dtype, thin):
 def test_a_ray_beside_an_edge_misses(kind, within, away):
     """A hundred roundings outside: what is spared is no frame. As many inside, it hits."""
     inner = {Rectangles: 0.0, Triangles: 0.25}[kind]
-    off = 100.0 * np.finfo(float).eps * (4.0 + 2.0 * away)
-    for turn in turns(8):
-        center = away * RNG.normal(size=3)
+    for center, turn in places(np.random.default_rng(4), away):
+        off = 100.0 * np.finfo(float).eps * (4.0 + 2.0 * np.max(np.abs(center)))
         scene = Scene.of(primitive(kind(center, turn)))
         for sign, hits in ((1.0, False), (-1.0, True)):
             edge = inner + (1.0 + sign * off) * (np.array(within) - inner)
