@@ -134,13 +134,8 @@ def test_lines_touch_a_star_in_up_to_eight_places():
     for eye, at, there in zip(eyes, np.asarray(points), np.asarray(valid), strict=True):
         x, y = (places - eye).T
         angle = np.unwrap(np.arctan2(y, x))
-        angle = np.concatenate(
-            [
-                angle,
-                angle[:1] + np.round((angle[-1] - angle[0]) / 2 / np.pi) * 2 * np.pi,
-                angle[1:2] + np.round((angle[-1] - angle[0]) / 2 / np.pi) * 2 * np.pi,
-            ]
-        )
+        round_trip = 2.0 * np.pi * np.round((angle[-1] - angle[0]) / (2.0 * np.pi))
+        angle = np.concatenate([angle, angle[:2] + round_trip])
         turns = (np.flatnonzero(np.diff(np.sign(np.diff(angle)))) + 1) % len(a)
         if len(turns) <= 8:
             found = at[there]

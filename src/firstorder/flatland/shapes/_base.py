@@ -79,7 +79,7 @@ class Shape(Module):
         return self
 
     def ready(self) -> Shape:
-        """The same shapes, all of a kind, for many questions: what none changes is found once."""
+        """The same shapes together with what depends on no ray, for many questions."""
         return self
 
     def distance(self, origin: Point, along: Point, on: Bool[Array, ""]) -> Float[Array, ""]:

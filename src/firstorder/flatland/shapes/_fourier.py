@@ -75,7 +75,7 @@ class CurveRoots(Module):
         by_order = jnp.moveaxis(about, 1, 0)
         starts = jnp.stack(taylor(by_order, -jnp.ones_like(by_order[0]), 3))
         extents = 2.0 * jnp.sum(jnp.sqrt(jnp.sum(by_order[1:] ** 2, 1)), 0)
-        return PreparedCurves(curve.cosines[0], about, starts, extents, self._nearest_self())
+        return PreparedCurves(curve.cosines[0], about, starts, extents, curve._nearest_self())
 
     def hit(self, pieces: PreparedCurves, origin: Point, along: Point, on: Bool[Array, ""]):
         """The nearest crossing with a ray: distance and parameter, infinity if there is none.
@@ -116,7 +116,7 @@ class CurveRoots(Module):
     def _nearest_self(self) -> Float[Array, ""]:
         """The distance below which a point of the curve is the eye's own."""
         eps = jnp.finfo(self.cosines.dtype).eps
-        return jax.lax.stop_gradient(self._size()) * eps**0.5
+        return self._size() * eps**0.5
 
 
 class PreparedCurves(Module):

@@ -152,8 +152,8 @@ class Shape(Module):
     def canonical_distance(cls, o: Coordinates, d: Coordinates, off: Rounding = EXACT) -> Array:
         """Distance on the canonical shape, not positive or infinite for none: the ray test.
 
-        What is flat reaches beyond its edges within rounding, so that no ray passes between two
-        shapes that are joined there.
+        What is flat reaches beyond its edges by the rounding `off`, so that no ray passes between
+        two shapes that are joined there.
 
         The direction is no unit vector here. Of many rays at once each test is one loop over
         numbers side by side if a quotient or a root has one reader: with two XLA keeps it in
