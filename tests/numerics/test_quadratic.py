@@ -1,5 +1,6 @@
 """The first root ahead of a quadratic equation, against both roots by NumPy."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -13,7 +14,7 @@ A, B, C = RNG.uniform(0.1, 3.0, COUNT), RNG.normal(size=COUNT), RNG.normal(size=
 def found(a, b, c):
     a, b, c = map(jnp.asarray, (a, b, c))
     square = b * b - a * c
-    over, under, ahead = first_root(a, b, c, root_sum(b, square, b * b))
+    over, under, ahead = first_root(a, b, c, square, b * b)
     return np.where((square > 0.0) & ahead, over / under, np.inf)
 
 
@@ -39,5 +40,26 @@ def test_a_root_near_zero_keeps_its_digits():
 def test_a_difference_that_is_not_positive_has_the_root_of_its_rounding():
     b, most, eps = jnp.array(-2.0), jnp.array(4.0), np.finfo(float).eps
     for square in (0.0, -1e-16):
-        sum_of = root_sum(b, jnp.array(square), most)
+        sum_of, _ = root_sum(b, jnp.array(square), most)
         np.testing.assert_allclose(sum_of - 2.0, 2.0 * np.sqrt(eps), rtol=1e-6)
+
+
+def test_rays_that_start_nearest_to_the_middle_move_with_their_start():
+    """A ray in a ball turns from coming nearer to going farther; rounding has either sign there.
+
+    Its end is at `sqrt(1 - |o|^2)`, and as much nearer as the start is moved along the ray.
+    """
+    o, other = RNG.normal(size=(2, COUNT, 3))
+    o *= 0.3 / np.linalg.norm(o, axis=1, keepdims=True)
+    d = np.cross(o, other)
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+
+    def length(o, d):
+        a, b, c = d @ d, o @ d, o @ o - 1.0
+        over, under, _ = first_root(a, b, c, b * b - a * c, b * b)
+        return over / under
+
+    for differentiate in (jax.grad, jax.jacfwd):
+        change = jax.jit(jax.vmap(differentiate(length)))(o, d)
+        np.testing.assert_allclose(np.sum(change * d, 1), -1.0, rtol=1e-12)
+        np.testing.assert_allclose(np.sum(change * o, 1), -0.09 / np.sqrt(0.91), rtol=1e-12)

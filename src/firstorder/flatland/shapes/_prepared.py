@@ -42,7 +42,7 @@ class PreparedEllipses(Module):
         a, b = u * u + v * v, x * u + y * v
         c = either(on, 0.0, x * x + y * y - 1.0)
         root_of = under_the_root(a - (x * v - y * u) ** 2, b, on)
-        over, under, ahead = first_root(a, b, c, root_sum(b, root_of, a))
+        over, under, ahead = first_root(a, b, c, root_of, a)
         return either((root_of > 0.0) & ahead, over, jnp.inf) / under
 
 
@@ -83,9 +83,9 @@ class PreparedArcs(Module):
         most = square * dot_2d(along, along)
         root_of = under_the_root(most - cross_2d(w, along) ** 2, b, on)
         real, ahead = root_of > 0.0, b < 0.0
-        sum_of = root_sum(b, root_of, most)
+        sum_of, taken_off = root_sum(b, root_of, most)
         # The farther crossing, and the nearer one, from outside, whose distance is c / sum_of.
-        over, under = either(ahead, sum_of, jnp.abs(c)), either(ahead, 1.0, sum_of)
+        over, under = either(taken_off, sum_of, jnp.abs(c)), either(taken_off, 1.0, sum_of)
         beside = self._rounding(w)
         last = (ahead | (c < 0.0)) & self._holds(under * w + over * along, under * beside)
         first = ahead & (c > 0.0) & self._holds(sum_of * w + c * along, sum_of * beside)

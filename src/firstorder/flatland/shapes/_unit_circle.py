@@ -8,6 +8,7 @@ from jaxtyping import Array, Bool, Float
 
 from firstorder.flatland.shapes._base import Point
 from firstorder.numerics._planar import cross_2d, dot_2d, left
+from firstorder.numerics._quadratic import root_sum
 from firstorder.numerics._select import either, grazing
 
 SLACK = 16.0  # roundings by which the square under a grazing ray's root may be off
@@ -26,11 +27,9 @@ def unit_circle_roots(w: Point, d: Point, on: Bool[Array, ""]):
     a, b, c = dot_2d(d, d), dot_2d(w, d), dot_2d(w, w) - 1.0
     root_of = under_the_root(a - cross_2d(w, d) ** 2, b, on)
     real, nearly = root_of > 0.0, root_of > -SLACK * grazing(a)
-    root = jnp.sqrt(jnp.where(real, root_of, grazing(a)))
-    ahead = b < 0.0
-    near = jnp.where(ahead, c, 1.0) / jnp.where(ahead, root - b, 1.0)
-    far = jnp.where(ahead, (root - b) / a, -c / jnp.where(ahead, 1.0, root + b))
-    outside = (c > 0.0) & ~on
+    total, taken_off = root_sum(b, root_of, a)
+    near, far = c / total, either(taken_off, total, -c) / either(taken_off, a, total)
+    ahead, outside = b < 0.0, (c > 0.0) & ~on
     first, last = ahead & outside, ahead | ((c < 0.0) & ~on)
     return (near, real & first, nearly & first), (far, real & last, nearly & last)
 

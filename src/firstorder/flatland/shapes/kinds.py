@@ -40,7 +40,7 @@ from firstorder.flatland.shapes._unit_circle import (
     unit_circle_tangents,
 )
 from firstorder.numerics._planar import cross_2d, dot_2d, left
-from firstorder.numerics._quadratic import first_root, root_sum
+from firstorder.numerics._quadratic import first_root
 from firstorder.numerics._select import grazing
 
 # --- straight ------------------------------------------------------------------------------------
@@ -215,7 +215,7 @@ class Circles(Shape):
         a, b = dot_2d(along, along), dot_2d(w, along)
         c, most = jnp.where(on, 0.0, dot_2d(w, w) - square), square * a
         root_of = under_the_root(most - cross_2d(w, along) ** 2, b, on)
-        over, under, ahead = first_root(a, b, c, root_sum(b, root_of, most))
+        over, under, ahead = first_root(a, b, c, root_of, most)
         return over, under, (root_of > 0.0) & ahead, (root_of > -SLACK * grazing(most)) & ahead
 
     def front(self, origin, along, on):

@@ -29,7 +29,7 @@ from firstorder._argument_checks import (
 )
 from firstorder._display import Module
 from firstorder.numerics._host import hosted
-from firstorder.numerics._quadratic import first_root, root_sum
+from firstorder.numerics._quadratic import first_root
 from firstorder.numerics._select import either, grazing, larger, smaller
 from firstorder.numerics._vectors import (
     Coordinates,
@@ -198,7 +198,7 @@ class Ellipsoids(Shape):
         a, b, c = dot_apart(d, d), dot_apart(o, d), dot_apart(o, o) - 1.0
         side = cross_apart(o, d)
         square = a - dot_apart(side, side)
-        over, under, ahead = first_root(a, b, c, root_sum(b, square, a))
+        over, under, ahead = first_root(a, b, c, square, a)
         return either((square > 0.0) & ahead, over / under, jnp.inf)
 
     @classmethod
