@@ -698,6 +698,7 @@ for name, ask in (
         shadowfield.lamp_frame((0, 0, 1), (0, 1, 0), (1, 0, 0)), np.zeros((1, 3)), [n], None)),
     ("directions", lambda n: derivative_norm(np.ones((2, 2, 2)), 3, "mean", n)),
     ("harmonics", lambda n: flatland.closed_curve(np.eye(9, 2), n)),
+    ("samples", lambda n: flatland.closed_curve(np.eye(9, 2), 2, n)),
 ):
     try:
         print(name, "gives", ask(2.5))

@@ -294,6 +294,10 @@ def test_a_wrong_cut_is_seen(name, wrong):
     ("call", "argument"),
     [
         (lambda: BandLimit.box((-1.0, 1.0)), "half_widths"),
+        (lambda: BandLimit.spanned(np.ones((3, 2)), (1.0, 1.0)), "generators"),
+        (lambda: BandLimit.spanned(np.ones(2), (1.0, 1.0)), "generators"),
+        (lambda: BandLimit.spanned(np.ones((2, 3)), (1.0, 1.0)), "bounds"),
+        (lambda: BandLimit.spanned(np.ones((2, 2)), (1.0, -1.0)), "bounds"),
         (lambda: BandLimit.box((1.0, 1.0)).cut("theta", -1.0), "limit"),
         (lambda: BandLimit.box((1.0, 1.0)).moved(np.eye(3)), "M"),
         (lambda: band_limit(gaussian((0.0, 0.0), (1.0, 1.0)), 2.0), "level"),

@@ -84,7 +84,7 @@ class BandLimit(Module):
         """
         widths = as_float(half_widths)
         check_shape("half_widths", widths, (frame.dims,))
-        check_not_negative("half_widths", jnp.where(jnp.isposinf(widths), 0.0, widths))
+        _check_half_widths("half_widths", widths)
         return cls.spanned(jnp.eye(frame.dims, dtype=widths.dtype), widths, frame)
 
     @classmethod
@@ -96,6 +96,10 @@ class BandLimit(Module):
             bounds: how far each reaches to both sides, shape (k,).
             frame: names of the n coordinates.
 
+        Raises:
+            ValueError: if there is not one row for each coordinate and one bound for each column,
+                or a bound is negative.
+
         Example:
             >>> from firstorder.bandwidth import BandLimit
             >>> segment = BandLimit.spanned([[1.0], [2.0]], [3.0])
@@ -103,6 +107,9 @@ class BandLimit(Module):
             (3.0, 6.0)
         """
         G, bounds = as_float(generators), as_float(bounds)
+        check_shape("generators", G, (frame.dims, G.shape[-1] if G.ndim else 0))
+        check_shape("bounds", bounds, G.shape[1:])
+        _check_half_widths("bounds", bounds)
         return cls(G, bounds, jnp.zeros((0, G.shape[1]), G.dtype), jnp.zeros(0, G.dtype), frame)
 
     def moved(self, M, to: Frame | None = None) -> BandLimit:
@@ -113,7 +120,16 @@ class BandLimit(Module):
         return BandLimit(generators, self.bounds, self.rows, self.limits, to or self.frame)
 
     def __add__(self, other: BandLimit) -> BandLimit:
-        """All sums of frequencies: the band of a product."""
+        """All sums of frequencies: the band of a product.
+
+        Raises:
+            ValueError: if the other one has other coordinates.
+        """
+        if other.frame != self.frame:
+            raise ValueError(
+                f"Bands that are added must have the same coordinates, but have "
+                f"{', '.join(self.frame.coordinates)} and {', '.join(other.frame.coordinates)}."
+            )
         return BandLimit(
             jnp.concatenate([self.generators, other.generators], axis=1),
             jnp.concatenate([self.bounds, other.bounds]),
@@ -172,6 +188,11 @@ class BandLimit(Module):
     def extent(self, axis: str) -> Scalar:
         """Largest `|Omega_axis|` in the set: sample that coordinate at twice this rate."""
         return self.reach(jnp.eye(self.frame.dims)[self.frame.axis(axis)])
+
+
+def _check_half_widths(name: str, widths: Array) -> None:
+    """Refuse negative ones; a band may reach as far as one likes."""
+    check_not_negative(name, jnp.where(jnp.isposinf(widths), 0.0, widths))
 
 
 def _block(A: Array, B: Array) -> Array:

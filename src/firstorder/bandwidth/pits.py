@@ -166,7 +166,7 @@ def pit_cutoffs(
         cutoff_x: as in `pit_texture_error` [cycles per metre].
         width: standard deviation of the pixel's Gaussian filter on the plane [m].
         frequency_across: as of a `Relief` [cycles per metre].
-        albedo: as in `pit_texture_error`; positive.
+        albedo: as in `pit_texture_error`; of black pits nothing limits the opening.
 
     Returns:
         Openings in metres, and the frequency from which a pixel averages; infinite where nothing
@@ -184,15 +184,14 @@ def pit_cutoffs(
         31.9 31.9 mm, 32 / m
     """
     check_inside("share", share, 0.0, 1.0)
-    check_positive("albedo", albedo)
     _, Bx, rho, valid = _checked(0.0, cutoff_x, albedo)
     check_not_negative("frequency", frequency)
     check_frequency_across(frequency_across)
     check_positive("width", width)
     given = (share, frequency, frequency_across, width)
     e, f, across, w = (as_float(a) for a in given)
-    valid &= (e > 0) & (e < 1) & (f >= 0) & (across > 0) & (w > 0) & (rho > 0)
-    e = jnp.where(rho > 0, e / jnp.where(rho > 0, rho, 1.0), 1.0)  # of what is sent on at all
+    valid &= (e > 0) & (e < 1) & (f >= 0) & (across > 0) & (w > 0)
+    e = jnp.where(rho > 0, e / jnp.where(rho > 0, rho, 1.0), jnp.inf)  # of what is sent on at all
     left = left_by_pixel(w, Bx, f, across)
     brdf = jnp.where(left < e, e - jnp.where(left < e, left, 0.0), 0.0)
     pixel = averaged_from(jnp.minimum(e, 1.0), jnp.isfinite(across)) / w

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from firstorder._argument_checks import check_integer
+from firstorder._argument_checks import check_count
 from firstorder.flatland.shapes.kinds import Curves, Segments
 from firstorder.numerics._host import hosted
 from firstorder.typing import as_float
@@ -70,7 +70,7 @@ def closed_curve(points: Any, harmonics: int = 16, samples: int = 64) -> Curves:
         samples: pieces in which roots are bracketed.
 
     Raises:
-        ValueError: if there are too few points.
+        ValueError: if there are too few points, or a count is no positive integer.
 
     Example:
         >>> import numpy as np
@@ -80,8 +80,7 @@ def closed_curve(points: Any, harmonics: int = 16, samples: int = 64) -> Curves:
         >>> bean.count
         1
     """
-    check_integer("harmonics", harmonics)
-    check_integer("samples", samples)
+    check_count("harmonics", harmonics)
     p = as_float(points)
     if p.ndim != 2 or p.shape[1] != 2 or p.shape[0] <= 2 * harmonics:
         raise ValueError(

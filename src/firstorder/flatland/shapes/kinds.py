@@ -22,6 +22,7 @@ from jaxtyping import Array, Bool, Float
 
 from firstorder._argument_checks import (
     check_between,
+    check_count,
     check_finite,
     check_positive,
     is_concrete,
@@ -426,7 +427,7 @@ class Curves(Shape):
         samples: pieces in which roots are bracketed.
 
     Raises:
-        ValueError: if both do not have one shape, or a number is not finite.
+        ValueError: if both do not have one shape, a number is not finite, or there are no pieces.
 
     Example:
         >>> import jax.numpy as jnp
@@ -452,6 +453,7 @@ class Curves(Shape):
         """Refuse what is no curve."""
         check_finite("cosines", self.cosines)
         check_finite("sines", self.sines)
+        check_count("samples", self.samples)
         if self.cosines.shape != self.sines.shape:
             raise ValueError(
                 f"Argument `sines` must have shape {self.cosines.shape}, "
