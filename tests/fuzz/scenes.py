@@ -7,6 +7,8 @@ should change nothing changes the light by more than rounding does, both numbers
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
@@ -42,7 +44,8 @@ class Finding(NamedTuple):
     amount: float
 
 
-class Asked(NamedTuple):
+@dataclasses.dataclass(frozen=True)
+class Asked:
     """A batch of scenes and what the library says of it.
 
     Attributes:
@@ -70,7 +73,7 @@ class Asked(NamedTuple):
         """Of the precision."""
         return float(np.finfo(self.precision).eps)
 
-    @property
+    @functools.cached_property
     def condition(self) -> np.ndarray:
         """Light that a relative change of all numbers by one would change, and its derivative."""
         sums = _weighted(self.scenes, self.gradient)
@@ -78,10 +81,20 @@ class Asked(NamedTuple):
             sums = sums + _weighted(self.scenes, self.turned)
         return (1.0 + np.nan_to_num(sums)) * self.world.sharpness(self.scenes)
 
-    @property
+    @functools.cached_property
     def tolerance(self) -> np.ndarray:
         """What rounding may do to irradiance."""
         return rounding(OPERATIONS, dtype=self.precision) * self.condition
+
+    @functools.cached_property
+    def refused(self) -> np.ndarray:
+        """Which scenes may be NaN."""
+        return self.world.refused(self.scenes, self.eps)
+
+    @functools.cached_property
+    def unanswered(self) -> np.ndarray:
+        """Which may be wrong."""
+        return self.world.unanswered(self.scenes, self.eps)
 
 
 def drawn(world: World, precision: str, name: str, seed: int, batch: int) -> tuple[Any, Any]:
@@ -135,7 +148,7 @@ def judged(
 def _not_finite(a: Asked) -> Iterator[Finding]:
     """NaN that nothing explains, and derivatives that are not finite where the value is."""
     if np.any(lost := ~np.isfinite(a.E)):
-        yield from _rows("nan", lost & ~a.world.refused(a.scenes, a.eps))
+        yield from _rows("nan", lost & ~a.refused)
     for kind, tree in (("gradient", a.gradient), ("hessian", a.turned)):
         if tree is not None:
             whole = np.all([np.all(np.isfinite(_flat(b)), -1) for b in tree], 0)
@@ -175,14 +188,15 @@ def _not_invariant(a: Asked, change: Callable[..., Any], rng: np.random.Generato
     apart, kind = np.abs(E - a.E), change.__name__
     # A shift by ten sizes leaves a tenth of the digits of coordinates.
     share = np.maximum(1.0, s.size / a.scenes.size) if kind == "shift" else 1.0
-    if not np.any(doubtful := ~(apart <= share * a.tolerance)):
+    if not np.any(~(apart <= share * a.tolerance)):
         return
-    other = asked(a.world, a.precision, a.name, s, a.steps)
-    may = a.world.refused(a.scenes, a.eps) | a.world.refused(s, a.eps)
     lost = np.isnan(E) != np.isnan(a.E)
-    yield from _rows(kind, lost & ~may, np.inf)
-    doubtful &= apart > share * (a.tolerance + other.tolerance)
-    doubtful &= ~(a.world.unanswered(a.scenes, a.eps) | a.world.unanswered(s, a.eps))
+    if np.any(lost):
+        lost &= ~a.refused
+        yield from _rows(kind, lost & ~_of_some(a.world.refused, s, a.eps, lost), np.inf)
+    other = asked(a.world, a.precision, a.name, s, a.steps)
+    doubtful = (apart > share * (a.tolerance + other.tolerance)) & ~a.unanswered
+    doubtful &= ~_of_some(a.world.unanswered, s, a.eps, doubtful)
     for row in np.flatnonzero(doubtful):
         named = known(a.world.name, a.precision, a.name, kind, apart[row]) is not None
         if named or not (_is_right(a, row, apart[row]) and _is_right(other, row, apart[row])):
@@ -206,7 +220,7 @@ def _against_differences(a: Asked) -> Iterator[Finding]:
         outside = np.fmin(outside, over)
         if not np.any(doubtful):
             return
-    doubtful &= ~a.world.unanswered(a.scenes, a.eps)
+    doubtful &= ~a.unanswered
     yield from _rows("differences", doubtful, outside)
 
 
@@ -221,7 +235,7 @@ def _moved(a: Asked, h: float) -> np.ndarray:
 
 def _against_rays(a: Asked, row: int) -> Iterator[Finding]:
     """Light that rays do not see."""
-    if np.isnan(a.E[row]) or a.world.unanswered(a.scenes, a.eps)[row]:
+    if np.isnan(a.E[row]) or a.unanswered[row]:
         return
     seen, bound = a.world.by_rays(a.scenes, row, a.eps, RAYS)
     apart = abs(seen - a.E[row])
@@ -233,7 +247,7 @@ def _against_digits(a: Asked, row: int) -> Iterator[Finding]:
     """Derivatives in flatland against differences of 60 digits; at a kink of either side."""
     if a.world is not FLATLAND or a.precision != "float64" or np.isnan(a.E[row]):
         return
-    if a.world.unanswered(a.scenes, a.eps)[row]:
+    if a.unanswered[row]:
         return
     given = np.array([_along(a.gradient, a.steps)[row], _along(a.turned, a.steps)[row]])
     slack = np.array([a.tolerance[row], LOST * a.condition[row]])
@@ -288,6 +302,14 @@ def _neighbours(a: Asked, row: int) -> Iterator[tuple[Any, int]]:
 def _random(world: World, name: str, seed: int, batch: int) -> np.random.Generator:
     """Random numbers of a batch of a class."""
     return np.random.default_rng([seed, len(world.name), *name.encode(), batch])
+
+
+def _of_some(ask: Callable[..., np.ndarray], s: Any, eps: float, which: np.ndarray) -> np.ndarray:
+    """What a world says of some scenes of a batch; of the others no."""
+    said = np.zeros(len(which), bool)
+    if np.any(which):
+        said[which] = ask(type(s)(*(b[which] for b in s)), eps)
+    return said
 
 
 def _rows(kind: str, which: np.ndarray, amounts: Any = np.nan) -> Iterator[Finding]:

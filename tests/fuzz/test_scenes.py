@@ -1,5 +1,7 @@
 """A quick round of nasty scenes; `make fuzz` does as many as there is time for."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -45,14 +47,14 @@ def kinds(found):
 def with_light(a, E):
     light = a.E.copy()
     light[ROW] = E
-    return a._replace(E=light)
+    return dataclasses.replace(a, E=light)
 
 
 def with_gradient(a, share):
     gradient = type(a.gradient)(*(b.copy() for b in a.gradient))
     for b in gradient:
         b[ROW] *= share
-    return a._replace(gradient=gradient)
+    return dataclasses.replace(a, gradient=gradient)
 
 
 def test_numbers_that_are_none_are_seen(right):
@@ -60,7 +62,7 @@ def test_numbers_that_are_none_are_seen(right):
     assert kinds(scenes._not_finite(with_light(right, np.nan))) == {"nan"}
     assert kinds(scenes._not_finite(with_gradient(right, np.nan))) == {"gradient"}
     turned = with_gradient(right, np.inf).gradient
-    assert kinds(scenes._not_finite(right._replace(turned=turned))) == {"hessian"}
+    assert kinds(scenes._not_finite(dataclasses.replace(right, turned=turned))) == {"hessian"}
 
 
 def test_light_out_of_bounds_is_seen(right):
@@ -92,7 +94,9 @@ def test_derivatives_that_are_off_are_seen(right):
     assert kinds(scenes._against_differences(off)) == {"differences"}
     assert kinds(scenes._broken_sums(off)) == {"light of emission"}
     turned = type(right.turned)(*(1.001 * b for b in right.turned))
-    assert kinds(scenes._against_digits(right._replace(turned=turned), ROW)) == {"second digits"}
+    assert kinds(scenes._against_digits(dataclasses.replace(right, turned=turned), ROW)) == {
+        "second digits"
+    }
 
 
 def test_gradients_that_a_shift_or_a_unit_changes_are_seen(right):

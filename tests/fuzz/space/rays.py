@@ -147,9 +147,11 @@ def refused(s: Space, eps: float) -> np.ndarray:
     thin = np.min(np.linalg.norm(s.box[:, 1:], axis=-1), -1)
     found |= (np.max(np.abs(w), -1) <= 1.0 + slack / thin) & (s.on != BOX)
     for points in _lit_points(s, 33):
-        far = np.linalg.norm(points[:, :, None] - s.spheres[:, None, :, :3], axis=-1)
-        w = np.einsum("bij,bpj->bpi", inverse, points - s.box[:, None, 0])
-        found |= np.any((far < s.spheres[:, None, :, 3]).any(-1) | (np.abs(w) < 1.0).all(-1), 1)
+        for k in range(2):
+            far = _distances(points, s.spheres[:, k, :3])
+            found |= np.any(far < s.spheres[:, k, None, 3], 1)
+        w = (points - s.box[:, None, 0]) @ np.swapaxes(inverse, 1, 2)
+        found |= np.any(np.all(np.abs(w) < 1.0, -1), 1)
     return found
 
 
@@ -178,9 +180,14 @@ def unanswered(s: Space, eps: float) -> np.ndarray:
     ):
         step = 0.25 * np.linalg.norm(edges, axis=-1).sum(-1)
         for center, radius in bodies:
-            far = np.min(np.linalg.norm(points - center[:, None], axis=-1), 1)
-            found |= far <= radius + step
+            found |= np.min(_distances(points, center), 1) <= radius + step
     return found
+
+
+def _distances(points: np.ndarray, center: np.ndarray) -> np.ndarray:
+    """From the middle of each scene's shape to its points, shape (b, p)."""
+    way = points - center[:, None]
+    return np.sqrt(np.einsum("bpi,bpi->bp", way, way))
 
 
 def _in_the_triangle(s: Space, eps: float) -> np.ndarray:
