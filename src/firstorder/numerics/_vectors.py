@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
 from typing import TypeVar
 
 import jax
@@ -192,17 +190,10 @@ def _inverse_rule(primals, tangents):
 
 def rows(a: Shaped[Array, "n *k"], which: Int[Array | np.ndarray, "*m"]) -> Shaped[Array, "..."]:
     """Rows by numbers of which none is negative or too large: one copy and no questions."""
-    there = a.at[which.astype(np.int32)]
-    if _may_wrap(type(there)):
-        return there.get(mode="promise_in_bounds", wrap_negative_indices=False)
-    # An older JAX turns no unsigned number into one from the end, but converts each time.
-    return a.at[which.astype(np.uint32)].get(mode="promise_in_bounds")
-
-
-@functools.cache
-def _may_wrap(reference: type) -> bool:
-    """Whether this JAX can be told that no number counts from the end."""
-    return "wrap_negative_indices" in inspect.signature(reference.get).parameters
+    whole = range(which.ndim, which.ndim + a.ndim - 1)
+    take = jax.lax.GatherDimensionNumbers(tuple(whole), (0,), (0,))
+    start = which.astype(np.int32)[..., None]
+    return jax.lax.gather(a, start, take, (1, *a.shape[1:]), mode="promise_in_bounds")
 
 
 def matvec(matrix: Float[Array, "*#n 3 3"], a: Vectors) -> Vectors:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.fuzz.flatland.layout import ARC, CIRCLE, Flat
+from tests.fuzz.flatland.layout import ARC, CIRCLE, Flat, direction
 
 LONG = np.longdouble
 # Directions at which what is seen can change: 8 ends, 2 of the arc, 2 tangents to each of 3 rings.
@@ -114,7 +114,8 @@ def unanswered(s: Flat, eps: float) -> np.ndarray:
     """Scenes that may be wrong: the receiver is on a shape that it does not name, or an arc crosses
     a segment that shines.
 
-    `Receiver.on` says the one, and `Scene.of` that traced arcs are taken not to cross the other.
+    `Receiver.on` says the one, and `Scene.of` that traced arcs are taken not to cross the other. An
+    arc reaches beyond its ends by some roundings, so that no ray passes between what is joined.
     """
     slack = 16.0 * eps * s.size
     found, touch = np.zeros(len(s.at), bool), eps * s.size
@@ -124,6 +125,9 @@ def unanswered(s: Flat, eps: float) -> np.ndarray:
     for k, ring in ((ARC, s.arc), (CIRCLE, s.circles[:, 0]), (CIRCLE + 1, s.circles[:, 1])):
         off = np.abs(np.linalg.norm(s.at[:, :2] - ring[:, :2], axis=-1) - ring[:, 2])
         found |= (s.on != k) & (off <= touch)
+    for angle in (s.arc[:, 3], s.arc[:, 3] + s.arc[:, 4]):
+        end = s.arc[:, :2] + s.arc[:, 2:3] * direction(angle)
+        found |= (s.on != ARC) & (np.linalg.norm(s.at[:, :2] - end, axis=-1) <= slack)
     return found
 
 
