@@ -153,3 +153,25 @@ def test_each_band_of_many_shapes_is_as_alone(count):
     for band in range(3):
         for one, alone in zip(together, both(scene.band(band)), strict=True):
             assert np.allclose(one[:, band], alone, rtol=1e-13, atol=1e-13)
+
+
+def test_an_edge_in_the_horizon_is_the_horizons_however_the_scene_is_turned():
+    """A lamp on the floor: where its foot is raised, light is lost, and none is won below it.
+
+    Both are second derivatives of one side; one of them is given, and not by rounding.
+    """
+    angles = np.random.default_rng(5).uniform(-np.pi, np.pi, 200)
+
+    def light(angle, raised):
+        turn = jnp.array([[jnp.cos(angle), -jnp.sin(angle)], [jnp.sin(angle), jnp.cos(angle)]])
+        at, foot, top = (turn @ jnp.array(p) for p in ((0.3, 0.2), (1.3, 0.2), (1.3, 0.9)))
+        lamp = primitive(Segments(foot + raised * turn[:, 1], top), emission=1.0)
+        return irradiance(Scene.of(lamp), Receiver(at, angle))
+
+    E = jax.vmap(light, (0, None))
+    bent = jax.vmap(jax.hessian(light, 1), (0, None))(angles, 0.0)
+    np.testing.assert_allclose(E(angles, 0.0), 1.0 - 1.0 / np.hypot(1.0, 0.7), rtol=1e-13)
+    np.testing.assert_allclose(bent, 0.0, rtol=0.0, atol=1e-13)
+    # (Clearly above the horizon it is lost.)
+    bent = jax.vmap(jax.hessian(light, 1), (0, None))(angles, 1e-9)
+    np.testing.assert_allclose(bent, -1.0, rtol=1e-6)

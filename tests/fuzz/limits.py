@@ -79,6 +79,7 @@ LIMITS = (
         for kind in ("bounds", "rays", *CHANGES)
     ),
     *(Limit("space", "float64", "*", kind, EDGES, 2e-11) for kind in ("rays", *CHANGES)),
+    *(Limit("space", "float32", "*", kind, SINGLE, 1e-4) for kind in ("bounds", "rays", *CHANGES)),
 )
 
 

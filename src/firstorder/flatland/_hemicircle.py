@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 HORIZON = 0.5 * jnp.pi
 MANY = 48  # cuts from which on blocks pay for being traced
+LEVEL = 8.0  # roundings within which an edge lies in the horizon
 IN_CACHE = 2**15  # gaps whose tables stay in the cache
 
 
@@ -77,7 +78,10 @@ def cuts_of(scene: Scene, at: Receiver, points: Float[Array, "c 2"] | None = Non
     # A point that does not exist is replaced before its angle is asked for: no NaN in gradients.
     way = either(valid[:, None], found - at.position, at.normal)
     side, up = cross_2d(at.normal, way), dot_2d(at.normal, way)
-    low = (up <= 0.0) | ~valid
+    # An edge in the horizon, like the end of a wall on the floor, is the horizon's: second derivatives
+    # are those of one side, and it must not be rounding that chooses.
+    level = LEVEL * jnp.finfo(up.dtype).eps * jnp.abs(jax.lax.stop_gradient(side))
+    low = (up <= level) | ~valid
     sine, cosine = sine_and_cosine(either(low, 0.0, side), either(low, 1.0, up))
     end = either(valid & (side < 0.0), jnp.full_like(side, -1.0), 1.0)
     sine, cosine = either(low, end, sine), either(low, 0.0, cosine)

@@ -1,8 +1,8 @@
 """The first root ahead of a quadratic equation: what ray tests of round shapes share.
 
-A ray meets a round shape where `a t^2 + 2 b t + c = 0`, with c positive outside. With the root r of
-`b^2 - a c` the roots are `(r - b) / a` and `c / (r - b)`, without cancellation unless b is large and
-positive: then the ray leaves from inside, and `-c / (r + b)` has the digits of the first.
+A ray meets a round shape where `a t^2 + 2 b t + c = 0`, with c positive outside. With the root r
+of `b^2 - a c` the roots are `(r - b) / a` and `c / (r - b)`, without cancellation unless b is large
+and positive: then the ray leaves from inside, and `-c / (r + b)` has the digits of the first.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from jaxtyping import Array, Bool
 
 from firstorder.numerics._select import either, grazing
 
-# Part of the root up to which b is taken off it. At b = 0, where many rays start (in the middle of a
-# ball all of them), a compiler may round b to both signs in one program: what is chosen by its sign
-# would have the derivative of neither choice. No ray of a plain scene starts at this number.
+# Part of the root up to which b is taken off it. At b = 0, where many rays start (in the middle of
+# a ball all of them), a compiler may round b to both signs in one program: what is chosen by its
+# sign would have the derivative of neither choice. No ray of a plain scene starts at this number.
 PART = 0.37
 
 
 def root_sum(b: Array, square: Array, most: Array) -> tuple[Array, Bool[Array, "..."]]:
-    """`r - b`, or `r + b` where b is large and positive, with the root r of `square`; both positive.
+    """`r - b`, or `r + b` where b is large and positive, with the root r of `square`.
 
-    Where `square` is not positive, r is the root of its rounding.
+    Both are positive. Where `square` is not positive, r is the root of its rounding.
 
     Args:
         b: half of the linear coefficient.
