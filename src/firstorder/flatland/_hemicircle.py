@@ -78,8 +78,8 @@ def cuts_of(scene: Scene, at: Receiver, points: Float[Array, "c 2"] | None = Non
     # A point that does not exist is replaced before its angle is asked for: no NaN in gradients.
     way = either(valid[:, None], found - at.position, at.normal)
     side, up = cross_2d(at.normal, way), dot_2d(at.normal, way)
-    # An edge in the horizon, like the end of a wall on the floor, is the horizon's: second derivatives
-    # are those of one side, and it must not be rounding that chooses.
+    # An edge in the horizon, like the foot of a lamp on the floor, is the horizon's: there second
+    # derivatives are those of one side, and it must not be rounding that chooses.
     level = LEVEL * jnp.finfo(up.dtype).eps * jnp.abs(jax.lax.stop_gradient(side))
     low = (up <= level) | ~valid
     sine, cosine = sine_and_cosine(either(low, 0.0, side), either(low, 1.0, up))
