@@ -36,7 +36,8 @@ EDGES = "in space edges within 1e-11 of each other, as a share of their distance
 SINGLE = "in space float32 takes edges within 1e-5 of each other for one: light is off, or NaN"
 NEAR = "in float32 a receiver within rounding of a shape is on either side of it"
 GRID = "balls on a grid that touch an edge: light changes by the square root of a rounding"
-HAIR = "in float32 a receiver within some roundings of an end has few digits of its gradient"
+HAIR = "in float32 a receiver within some dozens of roundings of an end mistakes where it is"
+ENDS = "an arc hides light some roundings beyond its ends, and if it has no length too"
 SPAN = "in float32 lengths from 1e-5 to 1e8 in one scene leave the range of a Hessian's products"
 BODIES = "a traced lamp that runs into a body: light is NaN where it would be negative, else wrong"
 PLANE = "a receiver within 1e-12 of a triangle may see what is behind it"
@@ -53,6 +54,8 @@ LIMITS = (
     Limit("flatland", "float32", "tiny", "hessian", SQUARES),
     Limit("flatland", "float32", "near_an_end", "scaled gradient", HAIR),
     Limit("flatland", "float32", "near_an_end", "shifted gradient", HAIR),
+    Limit("flatland", "float32", "near_an_end", "shift", HAIR, 0.2),
+    Limit("flatland", "float32", "without_length", "shift", ENDS, 1e-3),
     Limit("flatland", "float32", "mixed_sizes", "hessian", SPAN),
     Limit("flatland", "float32", "mixed_sizes", "shifted gradient", SPAN),
     Limit("flatland", "float64", "without_length", "second digits", POINTS),
