@@ -127,7 +127,7 @@ def unanswered(s: Flat, eps: float) -> np.ndarray:
         found |= (s.on != k) & (off <= touch)
     for angle in (s.arc[:, 3], s.arc[:, 3] + s.arc[:, 4]):
         end = s.arc[:, :2] + s.arc[:, 2:3] * direction(angle)
-        found |= (s.on != ARC) & (np.linalg.norm(s.at[:, :2] - end, axis=-1) <= slack)
+        found |= (s.on != ARC) & (np.linalg.norm(s.at[:, :2] - end, axis=-1) <= 4.0 * slack)
     return found
 
 
