@@ -38,7 +38,7 @@ from firstorder.flatland.shapes.kinds import (
     Shape,
 )
 from firstorder.numerics._compiled import compiled
-from firstorder.numerics._planar import cross_2d, left
+from firstorder.numerics._planar import cross_2d, dot_2d, left
 from firstorder.scene._arguments import check_kind, check_primitives, check_sky, made_elsewhere
 from firstorder.scene._bands import bands_of, by_band, one_band
 from firstorder.scene._intersect import picked
@@ -379,7 +379,7 @@ class Scene(Module):
 def _frame(shape: Shape, s: Float[Array, ""]) -> Frenet:
     """The frame of one shape."""
     c, v, a = shape.motion(s)
-    speed = jnp.sqrt(v[0] ** 2 + v[1] ** 2)
+    speed = jnp.sqrt(dot_2d(v, v))
     tangent = v / speed
     normal = left(tangent)
     n = jnp.arctan2(-normal[0], normal[1])

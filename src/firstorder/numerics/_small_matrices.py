@@ -4,6 +4,7 @@ import functools
 import operator
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -14,7 +15,8 @@ from firstorder.typing import Matrix, Scalar, Vector, as_array
 
 def inner(a, b) -> Scalar:
     """`a . b`, written out."""
-    return functools.reduce(operator.add, [a[i] * b[i] for i in range(len(a))])
+    pairs = zip(_each(a), _each(b), strict=True)
+    return functools.reduce(operator.add, [one * other for one, other in pairs])
 
 
 def product(P: Float[Array, "m n"], h: Vector) -> list[Scalar]:
@@ -22,8 +24,8 @@ def product(P: Float[Array, "m n"], h: Vector) -> list[Scalar]:
 
     A reduction over so short an axis does not, and is ten times slower on a batch of rays.
     """
-    rows, columns = P.shape
-    return [inner([P[i, j] for j in range(columns)], h) for i in range(rows)]
+    h = _each(h)
+    return [inner(row, h) for row in _each(P)]
 
 
 def quadratic(P: Matrix, h: Vector) -> Scalar:
@@ -33,8 +35,14 @@ def quadratic(P: Matrix, h: Vector) -> Scalar:
 
 def congruence(M: Array, H: Array) -> Array:
     """`M^T H M`, as sums that fuse under `vmap` for the tiny matrices of light fields."""
-    columns = [product(H, column) for column in M.T]
-    return jnp.stack([jnp.stack([inner(row, c) for c in columns]) for row in M.T])
+    turned = [_each(column) for column in _each(M.T)]
+    columns = [product(H, column) for column in turned]
+    return jnp.stack([jnp.stack([inner(row, c) for c in columns]) for row in turned])
+
+
+def _each(a: Any) -> Any:
+    """The entries of a vector, or the rows of a matrix, in one equation."""
+    return jnp.unstack(a) if isinstance(a, jax.Array) else a
 
 
 def identity_with(n: int, rows: Any, columns: Any, entries: Any) -> Array:

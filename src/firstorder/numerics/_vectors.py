@@ -208,5 +208,5 @@ def matvec(matrix: Float[Array, "*#n 3 3"], a: Vectors) -> Vectors:
         >>> matvec(jnp.diag(jnp.array([1.0, 2.0, 4.0])), jnp.ones(3)).tolist()
         [1.0, 2.0, 4.0]
     """
-    x, y, z = (matrix[..., i] for i in range(3))
+    x, y, z = jnp.unstack(matrix, axis=-1)
     return x * a[..., :1] + y * a[..., 1:2] + z * a[..., 2:]

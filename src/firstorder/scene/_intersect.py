@@ -30,6 +30,7 @@ from firstorder._argument_checks import is_concrete
 from firstorder.numerics._batching import in_blocks, one_list
 from firstorder.numerics._host import hosted
 from firstorder.numerics._select import either
+from firstorder.numerics._vectors import rows
 from firstorder.scene._bands import in_any_band
 from firstorder.typing import as_array
 
@@ -123,7 +124,7 @@ def picked(groups: Sequence[Any], index: ArrayLike, ask: Callable[[Any], Any]) -
     index, first, answer = jnp.asarray(index), 0, None
     for group in groups:
         at = jnp.clip(index - first, 0, group.count - 1)
-        said = ask(jax.tree.map(lambda leaf, at=at: leaf[at], group))
+        said = ask(jax.tree.map(lambda leaf, at=at: rows(leaf, at), group))
         if answer is None:
             answer = said
         else:

@@ -20,6 +20,7 @@ from firstorder.conventions import direction
 from firstorder.flatland.bounces._panels import Panels, legendre, resolution, to_legendre
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver, _in_own_unit, view
+from firstorder.numerics._planar import dot_2d
 from firstorder.numerics._quadrature import gauss_legendre
 
 
@@ -160,24 +161,21 @@ def _whole(panels: Panels, gaps: _Gaps) -> Bool[Array, " p"]:
 
 def _kernel(at: Receiver, place, normal):
     """`cos_x cos_y / r`, signed; 0 where the two points coincide."""
-    px, py = place[..., 0] - at.position[0], place[..., 1] - at.position[1]
-    up = at.normal
-    square = px * px + py * py
+    way = place - at.position
+    square = dot_2d(way, way)
     apart = square > 0.0
     r2 = jnp.where(apart, square, 1.0)
-    a = up[0] * px + up[1] * py
-    b = -(normal[..., 0] * px + normal[..., 1] * py)
+    a, b = dot_2d(at.normal, way), -dot_2d(normal, way)
     return jnp.where(apart, a * b / (r2 * jnp.sqrt(r2)), 0.0)
 
 
 def _sine(at: Receiver, place):
     """Sine of the local angle of a point."""
-    px, py = place[..., 0] - at.position[0], place[..., 1] - at.position[1]
-    along = at.tangent
-    square = px * px + py * py
+    way = place - at.position
+    square = dot_2d(way, way)
     apart = square > 0.0
     root = jnp.sqrt(jnp.where(apart, square, 1.0))
-    return jnp.where(apart, -(along[0] * px + along[1] * py) / root, 0.0)
+    return jnp.where(apart, -dot_2d(at.tangent, way) / root, 0.0)
 
 
 def _turned(scene: Scene, shape, side, s):

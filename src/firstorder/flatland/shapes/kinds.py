@@ -128,8 +128,9 @@ class Segments(Shape):
 
         Search and hit ask alike, so that they agree on a ray that grazes an end.
         """
-        (px, py), (qx, qy), (dx, dy) = self.start, self.end, along
-        ex, ey, wx, wy = qx - px, qy - py, px - origin[0], py - origin[1]
+        (ex, ey), (wx, wy), (dx, dy) = (
+            jnp.unstack(a) for a in (self.end - self.start, self.start - origin, along)
+        )
         det = dx * ey - dy * ex
         sign = jnp.where(det < 0.0, -1.0, 1.0).astype(det.dtype)
         size, t, s = det * sign, (wx * ey - wy * ex) * sign, (wx * dy - wy * dx) * sign

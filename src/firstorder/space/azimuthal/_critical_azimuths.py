@@ -26,7 +26,7 @@ from firstorder._display import Module
 from firstorder.numerics._order import order_of
 from firstorder.numerics._quadrature import inverse_sqrt_panels
 from firstorder.numerics._scale import power_of_two
-from firstorder.numerics._vectors import cross, dot, unit
+from firstorder.numerics._vectors import Coordinates, apart, cross, dot, unit
 from firstorder.space.receiver import Receiver, in_receiver_frame
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import Planes
@@ -132,12 +132,11 @@ def tangents(arc: SilhouetteArcs) -> tuple[Array, Array, Array]:
     """
     fine = arc.live[..., None]
     a, b, c = (
-        jnp.where(fine, v, jnp.asarray(i, v.dtype))
+        apart(jnp.where(fine, v, jnp.asarray(i, v.dtype)))
         for v, i in zip((arc.a, arc.b, arc.center), _STILL, strict=True)
     )
     xx, xy, yy = (
-        a[..., i] * a[..., j] + b[..., i] * b[..., j] - c[..., i] * c[..., j]
-        for i, j in ((0, 0), (0, 1), (1, 1))
+        a[i] * a[j] + b[i] * b[j] - c[i] * c[j] for i, j in ((0, 0), (0, 1), (1, 1))
     )
     # yy cos^2 - 2 xy sin cos + xx sin^2
     cosine, sine = 0.5 * (yy - xx), -xy
@@ -290,11 +289,11 @@ def _every(pieces):
     return jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:]), pieces)
 
 
-def _determinant(a: Array, b: Array, c: Array) -> Array:
+def _determinant(a: Coordinates, b: Coordinates, c: Coordinates) -> Array:
     """Determinant of `a a^T + b b^T - c c^T` in x and y, by Cauchy and Binet."""
-    ab = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    ac = a[..., 0] * c[..., 1] - a[..., 1] * c[..., 0]
-    bc = b[..., 0] * c[..., 1] - b[..., 1] * c[..., 0]
+    ab = a[0] * b[1] - a[1] * b[0]
+    ac = a[0] * c[1] - a[1] * c[0]
+    bc = b[0] * c[1] - b[1] * c[0]
     return ab * ab - ac * ac - bc * bc
 
 
