@@ -1,4 +1,5 @@
 import functools
+import itertools
 
 import jax
 import jax.numpy as jnp
@@ -171,3 +172,42 @@ def test_a_table_reaches_two_steps_beyond_its_samples_and_hardly_farther():
     assert extent is not None
     _, high = extent.along([1.0, 0.0])
     assert 0.5 + 0.4 <= high < 0.5 + 0.4 + 0.15
+
+
+def test_the_gradient_bends_at_the_nodes_as_the_hessian_says():
+    """There |t| has no derivative, and `jnp.sign` and that of `jnp.abs` tell of it differently."""
+    samples = np.random.default_rng(2).normal(size=(6, 7))
+    grid = Grid((6, 7), (0.2, 0.3))
+    table = Spline(samples, grid)
+    for u in itertools.product(grid.axis(0)[2:4], grid.axis(1)[2:4]):
+        jet = table.jet(jnp.stack(u))
+        for differentiate in (jax.jacfwd, jax.jacrev):
+            bend = differentiate(lambda u: table.jet(u).gradient)(jnp.stack(u))
+            np.testing.assert_allclose(bend, jet.hessian, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("level", [0, 3])
+def test_at_nodes_that_a_turn_leads_to_numbers_and_weights_belong_together(level):
+    """A compiler may round such a place to both sides of a node in one program."""
+    rng = np.random.default_rng(3)
+    grid = Grid((9, 9), (0.1, 0.1))
+    table = Spline(rng.normal(size=(9, 9)), grid)
+    nodes = np.asarray(grid.axis(0))[rng.integers(0, 9, (2000, 2))]
+    angle, shift = rng.uniform(0.0, 6.0, 2000), rng.normal(size=(2000, 2))
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], 1)
+
+    def at(p, turn, shift):
+        (a, b), (c, d), (x, y) = *turn, p - shift
+        return jnp.stack([a * x + c * y, b * x + d * y])
+
+    def jet(*place):
+        return table.jet(at(*place))
+
+    compiled = jax.jit(jax.vmap(jet), compiler_options={"xla_backend_optimization_level": level})
+    found = compiled(np.einsum("nij,nj->ni", turn, nodes) + shift, turn, shift)
+    there = jax.vmap(table.jet)(nodes)
+    for part in ("value", "gradient", "hessian"):
+        true = getattr(there, part)
+        size = np.max(np.abs(true))
+        np.testing.assert_allclose(getattr(found, part), true, rtol=0.0, atol=1e-9 * size)

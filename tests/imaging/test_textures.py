@@ -282,3 +282,22 @@ def test_one_number_repeats_a_picture_along_both():
         np.testing.assert_array_equal(one(2.0)(place), one((2.0, 2.0))(place))
         with pytest.raises(ValueError, match="`repeat` must be one number or two"):
             one((1.0, 2.0, 3.0))
+
+
+@pytest.mark.parametrize("level", [0, 3])
+def test_in_the_middle_of_a_pixel_it_is_the_pixel_however_u_and_v_are_made(level):
+    """A compiler may round such a place to both sides of the middle in one program."""
+    rng = np.random.default_rng(6)
+    pixels = rng.uniform(1.0, 2.0, (4, 8))
+    i, j = rng.integers(0, 4, 3000), rng.integers(0, 8, 3000)
+    uv = np.stack([(j + 0.5) / 8, 1.0 - (i + 0.5) / 4], -1)
+    axes = rng.normal(size=(3000, 2, 3))
+
+    def seen(q, axes):
+        x, y, z = (axes[:, k] * q[k] for k in range(3))
+        return ImageTexture(pixels)(x + y + z)
+
+    both = jax.vmap(jax.value_and_grad(seen))
+    compiled = jax.jit(both, compiler_options={"xla_backend_optimization_level": level})
+    found, _ = compiled(np.einsum("nij,nj->ni", np.linalg.pinv(axes), uv), axes)
+    np.testing.assert_allclose(found, pixels[i, j], rtol=1e-9)

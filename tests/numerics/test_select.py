@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics._select import either
+from firstorder.numerics._select import either, whole_below
 from tests.first_calls import equations
 
 WHICH, A = np.array([[True], [False]]), np.array([[1.0, 2.0], [3.0, 4.0]])
@@ -40,3 +40,13 @@ def test_the_derivative_is_that_of_the_one_which_counts():
 def test_it_is_shorter():
     which, a = jnp.array([True, False]), jnp.ones(2)
     assert equations(lambda: either(which, a, 0.0)) < equations(lambda: jnp.where(which, a, 0.0))
+
+
+@pytest.mark.parametrize("precision", [np.float32, np.float64])
+def test_what_is_a_whole_number_but_for_rounding_is_it(precision):
+    whole = np.arange(-50.0, 50.0)
+    noise = np.finfo(precision).eps * np.array([[-2.0], [0.0], [2.0]]) * np.abs(whole)
+    found = whole_below(jnp.asarray(whole + noise, precision))
+    assert found.dtype == precision
+    np.testing.assert_array_equal(found, np.broadcast_to(whole, found.shape))
+    np.testing.assert_array_equal(whole_below(jnp.asarray(whole + 0.37, precision)), whole)

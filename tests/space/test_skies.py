@@ -222,3 +222,23 @@ def test_a_traced_number_that_makes_no_sky_is_no_light(sky):
     L = jax.jit(lambda x: sky(x)(jnp.array([0.6, 0.0, 0.8])))
     assert np.isnan(L(-0.5))
     assert L(0.5) > 0.0
+
+
+@pytest.mark.parametrize("level", [0, 3])
+def test_in_the_middle_of_a_pixel_it_is_the_pixel_wherever_the_sky_is_turned(level):
+    """A compiler may round such a direction to both sides of the middle in one program."""
+    rng = np.random.default_rng(5)
+    picture = rng.uniform(1.0, 2.0, (4, 8))
+    i, j = rng.integers(0, 4, 2000), rng.integers(0, 8, 2000)
+    theta, psi = np.pi * (i + 0.5) / 4, 2.0 * np.pi * ((j + 0.5) / 8 - 0.5)
+    w = np.stack([np.sin(theta) * np.sin(psi), np.sin(theta) * np.cos(psi), np.cos(theta)], -1)
+    turn = np.linalg.qr(rng.normal(size=(2000, 3, 3)))[0]
+
+    def light(w, turn):
+        x, y, z = (w[k] * turn[k] for k in range(3))
+        return PanoramaSky(picture)(x + y + z)
+
+    both = jax.vmap(jax.value_and_grad(light))
+    compiled = jax.jit(both, compiler_options={"xla_backend_optimization_level": level})
+    found, _ = compiled(np.einsum("nij,nj->ni", turn, w), turn)
+    np.testing.assert_allclose(found, picture[i, j], rtol=1e-9)

@@ -11,7 +11,6 @@ from __future__ import annotations
 import functools
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -24,6 +23,7 @@ from firstorder.fields.extent import Extent
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Grid, SampledSpectrum, Spectrum
+from firstorder.numerics._select import whole_below
 from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar, as_float
 
 BOUNDARIES = ("zero", "open", "periodic")
@@ -120,7 +120,7 @@ class Spline(Field):
         knots, index, distances = self.knots, [], []
         for i, (n, h, b) in enumerate(zip(knots.size, knots.step, self.boundary, strict=True)):
             t = (u[i] - knots.axis(i)[0]) / h
-            first = jnp.floor(jax.lax.stop_gradient(t)).astype(int) - 1
+            first = whole_below(t).astype(int) - 1
             if b == "periodic":
                 index.append((first + jnp.arange(4)) % n)
             else:
@@ -213,11 +213,16 @@ class _SplineSpectrum(Spectrum):
 
 
 def _spline(t: Array) -> Array:
-    """`beta, beta', beta''` of the cubic B-spline, as truncated powers."""
-    a = jnp.abs(t)
-    far, near = jnp.maximum(2.0 - a, 0.0), jnp.maximum(1.0 - a, 0.0)
-    slope = -jnp.sign(t) * (0.5 * far**2 - 2.0 * near**2)
-    return jnp.stack([(far**3 - 4.0 * near**3) / 6.0, slope, far - 4.0 * near])
+    """`beta, beta', beta''` of the cubic B-spline.
+
+    In the middle no first power of |t| stands alone: at t = 0, where a node lies, derivatives of
+    these do not ask for the sign of t.
+    """
+    a, square = jnp.abs(t), t * t
+    inner, far = a < 1.0, jnp.maximum(2.0 - a, 0.0)
+    value = jnp.where(inner, 2.0 / 3.0 - square + 0.5 * a * square, far**3 / 6.0)
+    slope = jnp.where(inner, (1.5 * a - 2.0) * t, -0.5 * jnp.sign(t) * far**2)
+    return jnp.stack([value, slope, jnp.where(inner, 3.0 * a - 2.0, far)])
 
 
 @functools.cache

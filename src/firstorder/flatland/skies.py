@@ -24,6 +24,7 @@ from firstorder._argument_checks import (
     traced_nan_unless,
 )
 from firstorder._display import Module
+from firstorder.numerics._select import whole_below
 from firstorder.scene._bands import by_band
 from firstorder.typing import as_float
 
@@ -173,7 +174,7 @@ class PanoramaSky(Module):
         """Radiance from a world angle, counter-clockwise from +y [rad]."""
         n = self.values.shape[0]
         column = (np.pi - jnp.asarray(angle, self.values.dtype)) * (n / _FULL) - 0.5
-        j = jnp.floor(jax.lax.stop_gradient(column))
+        j = whole_below(column)
         f = column - j
         at = j.astype(int)
         here, there = self.values[at % n], self.values[(at + 1) % n]

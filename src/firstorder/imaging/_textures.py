@@ -35,6 +35,7 @@ from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid
 from firstorder.fields.spline import Spline
 from firstorder.imaging._bumps import NormalMap
+from firstorder.numerics._select import whole_below
 from firstorder.numerics._vectors import cross, dot, unit
 from firstorder.scene._bands import by_band
 from firstorder.space.shapes.kinds import Boxes, Cylinders, Ellipsoids, Planes, Shape, Triangles
@@ -164,7 +165,7 @@ class ImageTexture(Module):
         rows, columns = self.values.shape
         u, v = as_float(uv) * self.repeat
         x, y = u * columns - 0.5, (1.0 - v) * rows - 0.5
-        j, i = jax.lax.stop_gradient((jnp.floor(x), jnp.floor(y)))
+        j, i = whole_below(x), whole_below(y)
         s, t = x - j, y - i
         (left, right), (high, low) = (
             self._numbers(a.astype(int), n) for a, n in ((j, columns), (i, rows))

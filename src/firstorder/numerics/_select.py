@@ -59,6 +59,24 @@ def smaller(a: Array, b: Array) -> Array:
     return either(b < a, b, a)
 
 
+def whole_below(t: Array) -> Array:
+    """The largest whole number up to t, without derivative; a t just below one counts as that one.
+
+    It says where to look in a table, and the rest, `t - whole_below(t)`, how to weigh what is there.
+    A compiler may round t in two ways in one program. At the nodes of a table, where many t lie, the
+    place would be that of one cell and the weight that of the next. So the choice is made a hair
+    before the nodes, where no t lies by design.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> from firstorder.numerics._select import whole_below
+        >>> whole_below(jnp.array([1.5, 2.0, 2.0 - 1e-15, -0.5])).tolist()
+        [1.0, 2.0, 2.0, -1.0]
+    """
+    t, eps = jax.lax.stop_gradient(t), float(jnp.finfo(t.dtype).eps)
+    return jnp.floor(t + (eps**0.75 + 4.0 * eps * jnp.abs(t)))
+
+
 def grazing(most: Array) -> Array:
     """The rounding error of a difference, in place of one that is not positive under a root.
 

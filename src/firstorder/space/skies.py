@@ -34,6 +34,7 @@ from firstorder._argument_checks import (
     traced_nan_unless,
 )
 from firstorder._display import Module
+from firstorder.numerics._select import whole_below
 from firstorder.numerics._vectors import dot, near_one, unit
 from firstorder.scene._bands import by_band
 from firstorder.typing import as_float
@@ -196,8 +197,7 @@ class PanoramaSky(Module):
         psi, theta = _angles(w)
         u = (psi / _FULL + 0.5) * columns - 0.5
         v = theta / np.pi * rows - 0.5
-        j = jnp.floor(jax.lax.stop_gradient(u))
-        i = jnp.clip(jnp.floor(jax.lax.stop_gradient(v)), -1.0, rows - 1.0)
+        j, i = whole_below(u), jnp.clip(whole_below(v), -1.0, rows - 1.0)
         at, row = j.astype(int), i.astype(int)
         fu = u - j
         # The half cells at the poles are half as high.

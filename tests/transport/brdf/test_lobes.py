@@ -303,3 +303,23 @@ def test_traced_numbers_that_make_no_lobe_give_nan(look, bad, good):
     look = jax.jit(look)
     assert all(np.isnan(look(number)) for number in bad)
     assert all(np.isfinite(look(number)) for number in good)
+
+
+@pytest.mark.parametrize("level", [0, 3])
+def test_at_its_nodes_a_table_is_what_it_is_however_the_offset_is_made(level):
+    """A compiler may round such an offset to both sides of a node in one program."""
+    rng = np.random.default_rng(7)
+    lobe = TabulatedProfile(rng.uniform(1.0, 2.0, 9), 0.25)
+    node = rng.integers(0, 9, 3000)
+    a, b = rng.uniform(-3.0, 3.0, 3000), rng.uniform(1.0, 2.0, 3000)
+    t = -1.0 + 0.25 * np.arange(9)
+    compiler = {"xla_backend_optimization_level": level}
+    for k in range(3):
+
+        def derivative(x, k=k):
+            return lobe.derivatives(x[0] + x[1] * x[2])[k]
+
+        both = jax.jit(jax.vmap(jax.value_and_grad(derivative)), compiler_options=compiler)
+        found, _ = both(np.stack([t[node] - a, a / b, b], -1))
+        true = jax.vmap(lobe.derivatives)(t)[k]
+        np.testing.assert_allclose(found, true[node], rtol=0.0, atol=1e-9 * np.max(np.abs(true)))

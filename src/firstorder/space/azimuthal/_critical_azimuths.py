@@ -135,9 +135,7 @@ def tangents(arc: SilhouetteArcs) -> tuple[Array, Array, Array]:
         apart(jnp.where(fine, v, jnp.asarray(i, v.dtype)))
         for v, i in zip((arc.a, arc.b, arc.center), _STILL, strict=True)
     )
-    xx, xy, yy = (
-        a[i] * a[j] + b[i] * b[j] - c[i] * c[j] for i, j in ((0, 0), (0, 1), (1, 1))
-    )
+    xx, xy, yy = (a[i] * a[j] + b[i] * b[j] - c[i] * c[j] for i, j in ((0, 0), (0, 1), (1, 1)))
     # yy cos^2 - 2 xy sin cos + xx sin^2
     cosine, sine = 0.5 * (yy - xx), -xy
     wide = cosine**2 + sine**2

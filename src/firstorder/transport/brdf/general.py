@@ -15,6 +15,7 @@ from jaxtyping import Array, Float
 from firstorder._argument_checks import check_finite, check_positive, nan_unless
 from firstorder._display import Module
 from firstorder.fields.kernel import Profile
+from firstorder.numerics._select import whole_below
 from firstorder.transport.brdf._splines import cubic_b_spline
 from firstorder.transport.brdf.lobes import Lobe
 from firstorder.transport.events.separable import Angular
@@ -208,7 +209,7 @@ class TabulatedBrdf(Brdf):
         """Indices of the four splines that overlap at an angle, their values, and the step."""
         step = np.pi / (count - 3)
         s = (angle + 0.5 * np.pi) / step
-        first = jnp.clip(jnp.floor(s).astype(int), 0, count - 4)
+        first = jnp.clip(whole_below(s).astype(int), 0, count - 4)
         j = first + jnp.arange(4)
         return j, cubic_b_spline(s - (j - 1.0)), step
 

@@ -23,6 +23,7 @@ from firstorder._argument_checks import (
 from firstorder._display import Module
 from firstorder.conventions import UNSTATED, Frame, fourier_kernel, frame_with
 from firstorder.fields.kernel import GaussianProfile, Kernel, Profile
+from firstorder.numerics._select import whole_below
 from firstorder.transport.brdf._splines import cubic_b_spline
 from firstorder.typing import Scalar, as_float
 
@@ -240,7 +241,7 @@ class TabulatedProfile(Profile):
         """Four B-splines overlap at every t."""
         n = self.coefficients.size
         s = (t - self.center) / self.step + 0.5 * (n - 1)
-        first = jnp.floor(s).astype(int) - 1
+        first = whole_below(s).astype(int) - 1
         j = first + jnp.arange(4)
         nothing = 0.0 * self.coefficients[0]  # NaN for traced numbers that make no lobe
         c = jnp.where((j >= 0) & (j < n), self.coefficients[jnp.clip(j, 0, n - 1)], nothing)
