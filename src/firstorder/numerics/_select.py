@@ -62,10 +62,10 @@ def smaller(a: Array, b: Array) -> Array:
 def whole_below(t: Array) -> Array:
     """The largest whole number up to t, without derivative; a t just below one counts as that one.
 
-    It says where to look in a table, and the rest, `t - whole_below(t)`, how to weigh what is there.
-    A compiler may round t in two ways in one program. At the nodes of a table, where many t lie, the
-    place would be that of one cell and the weight that of the next. So the choice is made a hair
-    before the nodes, where no t lies by design.
+    It says where to look in a table, and the rest, `t - whole_below(t)`, how to weigh what is
+    there. A compiler may round t in two ways in one program. At the nodes of a table, where many t
+    lie, the place would be that of one cell and the weight that of the next. So the choice is made
+    a hair before the nodes, where no t lies by design.
 
     Example:
         >>> import jax.numpy as jnp
