@@ -35,8 +35,8 @@ def quadratic(P: Matrix, h: Vector) -> Scalar:
 
 def congruence(M: Array, H: Array) -> Array:
     """`M^T H M`, as sums that fuse under `vmap` for the tiny matrices of light fields."""
-    turned = [_each(column) for column in _each(M.T)]
-    columns = [product(H, column) for column in turned]
+    turned, rows = ([_each(row) for row in _each(a)] for a in (M.T, H))
+    columns = [[inner(row, column) for row in rows] for column in turned]
     return jnp.stack([jnp.stack([inner(row, c) for c in columns]) for row in turned])
 
 
