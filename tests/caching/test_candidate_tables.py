@@ -202,6 +202,36 @@ def test_places_and_their_floor_are_checked(wrong, words):
         caching.gather_directions(2, 4, seed=-1)
 
 
+@pytest.mark.parametrize("last", ["lamp", "wall"])
+def test_a_lamp_drawn_on_a_wall_is_seen(last):
+    """The wall, if it came first, once hid it; against rays that meet one plane."""
+    floor, wall, lamp = (rectangle((0.0, 0.0, z), *sides) for z, sides in (
+        (0.0, ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))), (1.3, ((0.0, 1.0, 0.0), (1.0, 0.0, 0.0))),
+        (1.3, ((0.0, 0.3, 0.0), (0.3, 0.0, 0.0)))))  # fmt: skip
+    things = [primitive(wall), primitive(lamp, emission=5.0)][:: 1 if last == "lamp" else -1]
+    sent = [0.0, 1.0, 5.0] if last == "lamp" else [0.0, 5.0, 1.0]
+    maps = RadianceMaps(
+        Scene.of(primitive(floor), *things), jnp.asarray(sent)[:, None, None] * jnp.ones((2, 2))
+    )
+    given, place = gather_directions(16, 32, sets=1), np.array([0.1, 0.2])
+    table = tabulate_candidates(maps, place[None], given, 0)
+    x, y, z = given.directions[0].reshape(3, -1)
+    size = np.max(np.abs(place[:, None] + 1.3 * np.stack([x, y]) / z), axis=0)
+    seen = np.where(size < 0.3, 5.0, np.where(size < 1.0, 1.0, 0.0))
+    assert np.sum(size < 0.3) > 10
+    np.testing.assert_allclose(table.E, np.pi * np.mean(seen), rtol=1e-6)
+
+
+def test_maps_of_several_bands_are_refused():
+    """The table once took bands for cells, and gave one number for all of them."""
+    maps, place = RadianceMaps(j12_box(), jnp.ones((4, 2, 2, 3))), np.full((1, 2), 0.5)
+    words = r"^Argument `maps.L` must have shape \(4, 2, 2\), but has \(4, 2, 2, 3\)\.$"
+    with pytest.raises(ValueError, match=words):
+        tabulate_candidates(maps, place, gather_directions(2, 4, sets=1), 0)
+    with pytest.raises(ValueError, match=words):
+        caching.occlusion_table(maps, place, 0, rays=16)
+
+
 def test_a_table_of_no_place_is_none():
     maps = RadianceMaps(j12_box(), jnp.ones((4, 2, 2)))
     with pytest.raises(ValueError, match="must hold at least one place"):

@@ -124,6 +124,22 @@ def test_the_radius_is_differentiable_in_everything():
         assert slope.item() == pytest.approx(float(up - down) / (2 * step), rel=1e-6)
 
 
+def test_the_radius_has_second_derivatives():
+    """Of one derivative alone it is `(3 e / h)^(1/3)`; beside a kink, against differences."""
+    h, e, x = 0.7, 0.1, jnp.array([0.7, 0.1, 0.3, 1.4])
+
+    def radius(x):
+        return radius_with_events([x[0]], x[1], 1e-3, 50.0, x[2:3], x[3:])
+
+    R = (3.0 * e / h) ** (1.0 / 3.0)
+    alone = jax.hessian(lambda x: radius_with_events([x[0]], x[1], 1e-3, 50.0))(x[:2])
+    wanted = R / 9.0 * np.array([[4.0 / h**2, -1.0 / (h * e)], [-1.0 / (h * e), -2.0 / e**2]])
+    np.testing.assert_allclose(alone, wanted, rtol=1e-9)
+    H, step = jax.hessian(radius)(x), 1e-5 * np.eye(4)
+    slopes = [(jax.grad(radius)(x + s) - jax.grad(radius)(x - s)) / 2e-5 for s in step]
+    np.testing.assert_allclose(H, slopes, rtol=1e-6, atol=1e-7)
+
+
 def test_many_candidates_at_once_and_single_precision():
     x = jnp.linspace(0.0, 1.0, 5, dtype=jnp.float32)
     d = jnp.array([0.5, jnp.inf], jnp.float32) - x[:, None]

@@ -125,6 +125,18 @@ def test_a_kink_is_cut_at():
     assert float(error[0]) == pytest.approx(0.16, rel=1e-13)
 
 
+def test_kinks_are_cut_at_in_arrays_too():
+    def E(x):
+        return jnp.abs(x - 0.1) + jnp.abs(x + 0.2)
+
+    start, breaks = at(0.0, np.array([[0.3, 0.0]])), (np.array([0.1, -0.2]), 0.4)
+    # Beyond the kinks E rises twice as fast as the distance from them.
+    error = true_error(E, start, segment(0.5), breaks=breaks)
+    assert float(error[0]) == pytest.approx(0.4**2 + 0.3**2, rel=1e-13)
+    found = ideal_region(E, start, 0.4**2 + 0.3**2, 0.1, 2.0, breaks=breaks)
+    assert float(found.radius[0]) == pytest.approx(0.5, rel=1e-12)
+
+
 # --- on a plane ----------------------------------------------------------------------------------
 
 
@@ -230,6 +242,7 @@ def ssim_slowly(a, b, span):
 @pytest.mark.smoke
 def test_rms():
     assert rms(np.array([[1.0, 3.0], [0.0, 0.0]]), np.zeros(2)).tolist() == [5.0**0.5, 0.0]
+    assert rms(np.array([3.0j, 1.0]), np.array([0.0, 1.0])) == 4.5**0.5
 
 
 @pytest.mark.smoke

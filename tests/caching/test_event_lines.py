@@ -160,6 +160,8 @@ def test_the_radius_reaches_the_tolerance_and_its_slope_is_that_of_the_root():
     np.testing.assert_allclose(expected_error_with_lines(R, 0.3, x, lines), 0.2, rtol=1e-12)
     slope = jax.grad(lambda R: expected_error_with_lines(R, 0.3, x, lines))(R)
     np.testing.assert_allclose(jax.grad(radius)(0.2), 1.0 / slope, rtol=1e-9)
+    bent = (jax.grad(radius)(0.2 + 1e-5) - jax.grad(radius)(0.2 - 1e-5)) / 2e-5
+    np.testing.assert_allclose(jax.grad(jax.grad(radius))(0.2), bent, rtol=1e-6)
     assert radius_with_lines(0.3, 1e-12, 0.1, 9.0, x, lines) == 0.0
     assert jnp.isposinf(radius_with_lines(0.3, 1e9, 0.1, 9.0, x, lines))
 

@@ -342,6 +342,23 @@ def test_positive_parts_add_up():
     np.testing.assert_allclose(up @ down, 0.0, rtol=0.0, atol=1e-9)
 
 
+def test_pieces_that_curve_along_one_line_count():
+    """The other eigenvalue is zero but for rounding: found of both signs it lost the piece."""
+    rng = np.random.default_rng(0)
+    angles, k = jnp.asarray(rng.uniform(0.0, 6.0, 2000)), jnp.asarray(rng.normal(size=2000))
+
+    def bound(angle, k):
+        n = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
+        return geometric_bound((k * n[:, None] * n)[None])
+
+    B = jax.jit(jax.vmap(bound))(angles, k)
+    slope = jax.jit(jax.vmap(jax.jacfwd(bound, 1)))(angles, k)
+    n = np.stack([np.cos(angles), np.sin(angles)], -1)
+    outer, k = n[:, :, None] * n[:, None], np.asarray(k)[:, None, None]
+    np.testing.assert_allclose(B, np.abs(k) * outer, rtol=0.0, atol=1e-14)
+    np.testing.assert_allclose(slope, np.sign(k) * outer, rtol=0.0, atol=1e-14)
+
+
 @pytest.mark.smoke
 def test_the_largest_radiance():
     assert largest_radiance(np.array([[1.0, 3.0], [2.0, 0.0]])).item() == 3.0

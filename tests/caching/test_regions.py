@@ -115,6 +115,13 @@ def test_limits_that_no_camera_has_are_refused(change, words):
         screen_limits(**options)
 
 
+def test_traced_records_behind_the_camera_have_no_limits():
+    behind = CAMERA.eye + CAMERA.axes[:, 2]
+    limits = jax.jit(lambda x: screen_limits(CAMERA, x, 0.01, world=(0.1, 0.5)))
+    assert np.all(np.isnan(limits(behind)))
+    assert np.all(np.isfinite(limits(jnp.asarray(PLACES[0]))))
+
+
 @pytest.mark.parametrize("world", [(0.0, 1.0), (1.0, 1.0)])
 def test_limits_may_start_at_nothing_and_be_one_number(world):
     low, high = screen_limits(CAMERA, PLACES, 0.005, world=world)

@@ -89,6 +89,16 @@ def test_the_edges_of_the_unit_interval_pick_something_positive():
     assert bool(jnp.all(jnp.isfinite(nothing[1])))
 
 
+def test_among_many_what_has_no_weight_is_never_taken():
+    """Sums of thousands in single precision once rose by a rounding where nothing was added."""
+    rng = np.random.default_rng(3)
+    weights = (rng.random(30_000) * (rng.random(30_000) < 0.5)).astype(np.float32)
+    pick = Discrete(weights)
+    ends = np.asarray(jnp.cumsum(pick.probability))
+    index, _ = pick.sample(np.concatenate([ends, np.nextafter(ends, np.float32(0.0))]))
+    assert np.all(weights[np.asarray(index)] > 0.0)
+
+
 @pytest.mark.parametrize("e", [0.0, 0.5, 1.0, 2.0, 17.0])
 def test_the_area_of_a_lobe_is_its_integral(e):
     t, w = np.polynomial.legendre.leggauss(400)
@@ -184,6 +194,19 @@ def test_a_density_that_is_zero_everywhere_is_none_at_its_own_samples():
     x = none.sample(jnp.array([0.0, 0.5]))
     assert x.tolist() == [0.0, 0.25]
     assert none.density(x).tolist() == [0.0, 0.0]
+
+
+def test_traced_arguments_outside_their_range_give_nan():
+    def lobe(e):
+        return CosinePowerLobe(e).density(0.3), CosinePowerLobe(e).sample(0.3, 0.4)
+
+    def pieces(low):
+        even = PiecewiseConstant([1.0, 2.0], low, 1.0)
+        return even.density(0.5), even.density(3.0), even.sample(0.4)
+
+    for made, wrong, right in ((lobe, -0.5, 0.5), (pieces, 2.0, 0.0)):
+        assert np.all(np.isnan(jax.jit(made)(wrong)))
+        assert np.all(np.isfinite(jax.jit(made)(right)))
 
 
 def test_an_interval_has_one_start_and_one_end():

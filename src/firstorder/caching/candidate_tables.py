@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import concurrent.futures
 import math
+import operator
 import os
 from typing import NamedTuple
 
@@ -22,10 +23,12 @@ from firstorder._argument_checks import (
     check_index,
     check_integer,
     check_not_negative,
+    check_shape,
 )
 from firstorder._display import in_print
 from firstorder.caching._records import checked_places
 from firstorder.caching.candidates import Candidates
+from firstorder.scene._intersect import ranks, tie
 from firstorder.space.bounces._radiance_maps import FLAT, RadianceMaps, face_layout
 from firstorder.space.estimators._gather_sums import WallSweeps, jumps_across, surface_area_sums
 
@@ -141,8 +144,8 @@ def tabulate_candidates(
         height: z of the places [m].
 
     Raises:
-        ValueError: for a scene with shapes of another kind, a shape that is not there, or positions
-            that are not (m, 2) or not finite.
+        ValueError: for maps of several bands, a scene with shapes of another kind, a shape that is
+            not there, or positions that are not (m, 2) or not finite.
 
     Reference: J12 §7-8: eqs. 58, 61, 64, 66 and 71.
 
@@ -158,6 +161,7 @@ def tabulate_candidates(
     """
     x = checked_places(position)
     check_index("on", on, maps.scene.count)
+    check_shape("maps.L", maps.L, maps.L.shape[:3])
     solids = _solids(maps, on)
     k = given.directions.shape[0]
     pick = np.random.default_rng(len(x)).permutation(len(x)) % k
@@ -193,8 +197,9 @@ class _Solid(NamedTuple):
 
 
 def _solids(maps: RadianceMaps, on: int) -> list[_Solid]:
-    """Shapes that rays from one of them can meet."""
+    """Shapes that rays from one of them can meet; of those in one place the one seen is last."""
     first, found, number = face_layout(maps.scene).first, [], 0
+    rank = ranks(maps.scene.material.emission).tolist()
     L = np.asarray(maps.L, np.float32)
     for group in maps.scene.groups:
         kind = type(group).__name__
@@ -205,9 +210,9 @@ def _solids(maps: RadianceMaps, on: int) -> list[_Solid]:
             own = L[first[number] : first[number] + faces]
             if number != on:
                 sent = own if own.any() else None
-                found.append(_Solid(kind, center, np.linalg.inv(axes), sent))
+                found.append((rank[number], _Solid(kind, center, np.linalg.inv(axes), sent)))
             number += 1
-    return found
+    return [solid for _, solid in sorted(found, key=operator.itemgetter(0))]
 
 
 class _Look:
@@ -236,9 +241,11 @@ class _Look:
         best = np.full(count, np.inf, np.float32)
         small = np.min_scalar_type(-len(self.solids) - 1)  # a byte, where solids are few
         which = np.full(count, -1, small)
+        share = np.float32(1.0 - tie(np.float32))
+        slack = np.float32(8.0 * np.finfo(np.float32).eps * np.max(np.abs(x)))
         for number, (solid, ready) in enumerate(zip(self.solids, self.ready, strict=True)):
             t = _distance(solid, ready, solid.turn @ (x - solid.center))
-            nearer = t < best
+            nearer = share * t - slack < best  # or in one place, see `Scene.of`
             np.copyto(best, t, where=nearer)
             np.copyto(which, small.type(number), where=nearer)
         L, n = np.zeros(count, np.float32), np.zeros((2, count), np.float32)

@@ -94,8 +94,10 @@ def radius_with_events(
 ) -> Float[Array, "..."]:
     """The radius at which `expected_error_with_events` reaches the tolerance.
 
-    The error grows with the radius, so the root is bracketed and halved, and polished by one Newton
-    step, which also carries its derivatives. All are numbers, or arrays that broadcast.
+    The error grows with the radius, so the root is bracketed and halved, and polished by two Newton
+    steps, which also carry its first and second derivatives; where the largest error jumps over the
+    tolerance, with E itself, the radius is the distance of that jump, and has none. All are
+    numbers, or arrays that broadcast.
 
     Args:
         derivatives: `E^(order+1)`, and as many after it as are known [W/m^(k+1)].
@@ -156,8 +158,8 @@ def _radius_of_error(
         tolerance: the error that is accepted.
         low: a smaller radius is not looked for.
         high: nor a larger one.
-        halvings: of the bracket. Where the error has a slope throughout, fewer do: the step by
-            Newton's method doubles the digits of the radius, and its derivatives have theirs.
+        halvings: of the bracket. Where the error has a slope throughout, fewer do: a step by
+            Newton's method doubles the digits of the radius.
 
     Returns:
         0 where the error at `low` exceeds the tolerance, infinity where that at `high` does not
@@ -178,10 +180,15 @@ def _radius_of_error(
     ends = (jnp.broadcast_to(low, shape), jnp.broadcast_to(high, shape))
     a, b = jax.lax.stop_gradient(jax.lax.fori_loop(0, halvings, halve, ends))
     root = 0.5 * (a + b)
-    slope = jax.jvp(lambda R: error(R, fixed), (root,), (jnp.ones_like(root),))[1]
-    step = (error(root, given) - goal) / jnp.where(slope > 0.0, slope, 1.0)
+
+    def nearer(R):
+        value, slope = jax.jvp(lambda R: error(R, given), (R,), (jnp.ones_like(R),))
+        return R - (value - goal) / jnp.where(slope > 0.0, slope, 1.0)
+
+    once = nearer(root)
     # Where E itself jumps over the tolerance, the radius is the distance of that jump.
-    polished = jnp.where(jnp.abs(step) <= b - a + 1e-6 * root, root - step, root)
+    near = jnp.abs(once - root) <= b - a + 1e-6 * root
+    polished = jnp.where(near, nearer(jnp.where(near, once, root)), root)
     inside = jnp.where(least >= aim, 0.0, jnp.where(most <= aim, jnp.inf, polished))
     return nan_unless(~jnp.isnan(goal + least + most), inside)
 

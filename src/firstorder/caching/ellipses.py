@@ -11,8 +11,9 @@ from __future__ import annotations
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.caching.radii import _length, _parts, derivative_norm, radius_for
+from firstorder.caching.radii import _kind, _length, _parts, derivative_norm, radius_for
 from firstorder.caching.regions import CUT, FREE, RAISED, ValidityRegion, _clamped
+from firstorder.numerics._select import either
 from firstorder.typing import as_float
 
 
@@ -28,12 +29,13 @@ def semi_axes(
     """Semi-axes of the largest ellipse whose expected error is the tolerance, and their directions.
 
     A stretch `x = T y` of determinant 1 along the eigenvectors turns the ellipse into a disc and H
-    into `T^T H T`. The mean curvature of that is least where both eigenvalues have one size, which
-    gives axes as `|lambda|^(-1/2)`; where `most` forbids that, the nearest ratio. The radius of the
-    disc is then that of `radius_for`, exact for (68) whatever the signs.
+    into `T^T H T`. The mean curvature of that is least where both eigenvalues have one size, and so
+    are its root mean square and its largest: axes as `|lambda|^(-1/2)`; where `most` forbids that,
+    the nearest ratio. The radius of the disc is then that of `radius_for`, for the norm with which
+    the definition integrates: exact for (68) whatever the signs.
 
-    Printed are axes as `|lambda|^(-1/4)`: they have the same area, but more error than the
-    tolerance, `(q + 1/q) / 2` times for `q = |lambda_1 / lambda_2|^(1/4)`.
+    Printed are axes as `|lambda|^(-1/4)`: if H is definite they have the same area, but more error
+    than the tolerance, `(q + 1/q) / 2` times for `q = |lambda_1 / lambda_2|^(1/4)`.
 
     Args:
         H: Hessian of irradiance in the tangent plane, shape (..., 2, 2) [W/m^4].
@@ -58,6 +60,26 @@ def semi_axes(
         >>> lengths.tolist()
         [0.5, 2.0]
     """
+    lengths, axes = _axes(H, tolerance, definition, value, most, printed)
+    shorter = (lengths[..., 0] <= lengths[..., 1])[..., None]
+    first = jnp.where(shorter, axes[..., 0], axes[..., 1])
+    other = jnp.stack([-first[..., 1], first[..., 0]], -1)
+    return jnp.where(shorter, lengths, lengths[..., ::-1]), jnp.stack([first, other], -1)
+
+
+def _axes(
+    H: ArrayLike,
+    tolerance: ArrayLike,
+    definition: str,
+    value: ArrayLike | None,
+    most: float,
+    printed: bool,
+) -> tuple[Float[Array, "... 2"], Float[Array, "... 2 2"]]:
+    """`semi_axes`, that of the larger eigenvalue first.
+
+    Not the shorter one: those of a saddle may be equal but for rounding, and a compiler may find
+    each of them the shorter one within one program.
+    """
     H = as_float(H)
     if H.shape[-2:] != (2, 2):
         raise ValueError(
@@ -66,7 +88,7 @@ def semi_axes(
     if not most >= 1.0:
         raise ValueError(f"Argument `most` must be at least 1, but is {most!r}.")
     values, axes = _principal(H)
-    big, small = jnp.abs(values[..., 0]), jnp.abs(values[..., 1])
+    a, b = jnp.abs(values[..., 0]), jnp.abs(values[..., 1])
     if printed:
         if definition != "total":
             raise ValueError(
@@ -74,14 +96,15 @@ def semi_axes(
                 f"but is {definition!r}."
             )
         # At order 1 and in total, radius_for of an eigenvalue is (4 eps / (pi lambda))^(1/4).
-        lengths = [radius_for(size, tolerance, dims=2) for size in (big, small)]
-        return jnp.stack(lengths, -1), axes
-    flat = big == 0.0
-    ratio = jnp.where(flat, 1.0, small) / jnp.where(flat, 1.0, big)
-    # The stretch, (small / big)^(1/4) along the stronger axis; a bound keeps its slope finite.
-    stretch = jnp.maximum(ratio, most**-2.0) ** 0.25
+        return jnp.stack([radius_for(size, tolerance, dims=2) for size in (a, b)], -1), axes
+    # The stretch, (b / a)^(1/4) along the first axis; bounds keep its slope finite.
+    least, largest = most**-2.0, most * most
+    steep = (b > 0.0) & ~(b <= largest * a)
+    ratio = jnp.where(steep, largest, b / jnp.where(steep | (a == 0.0), 1.0, a))
+    stretch = either(ratio > least, ratio, least) ** 0.25
     stretched = jnp.stack([values[..., 0] * stretch**2, values[..., 1] / stretch**2], -1)
-    even = derivative_norm(stretched[..., None] * jnp.eye(2, dtype=stretched.dtype), 2, "mean")
+    diagonal = stretched[..., None] * jnp.eye(2, dtype=stretched.dtype)
+    even = derivative_norm(diagonal, 2, _kind(definition))
     R = radius_for(even, tolerance, definition=definition, value=value, dims=2)
     return jnp.stack([R * stretch, R / stretch], -1), axes
 
@@ -124,9 +147,7 @@ def elliptic_regions(
         >>> region.matrix.tolist(), region.clamp.item()  # 0.5 m, and 2 m cut at 1 m
         ([[2.0, 0.0], [0.0, 1.0]], 1)
     """
-    lengths, axes = semi_axes(
-        H, tolerance, definition=definition, value=value, most=most, printed=printed
-    )
+    lengths, axes = _axes(H, tolerance, definition, value, most, printed)
     return _ellipses(lengths, axes, low, high)
 
 
@@ -191,7 +212,7 @@ def gradient_regions(
 
 
 def _principal(H: Float[Array, "... 2 2"]) -> tuple[Float[Array, "... 2"], Float[Array, "... 2 2"]]:
-    """Eigenvalues of symmetric matrices, the larger modulus first, and unit axes as columns.
+    """Eigenvalues of symmetric matrices, the larger first, and unit axes as columns.
 
     In closed form. For a multiple of the identity, whose axes are any, those of the coordinates.
 
@@ -202,16 +223,12 @@ def _principal(H: Float[Array, "... 2 2"]) -> tuple[Float[Array, "... 2"], Float
         >>> import jax.numpy as jnp
         >>> from firstorder.caching.ellipses import _principal
         >>> _principal(jnp.array([[1.0, 0.0], [0.0, -3.0]]))[0].tolist()
-        [-3.0, 1.0]
+        [1.0, -3.0]
     """
     mean, d, b = _parts(H)
     apart = _length(d, b)
-    up = mean >= 0.0
-    values = jnp.stack([jnp.where(up, mean + apart, mean - apart), mean], -1)
-    values = values.at[..., 1].set(jnp.where(up, mean - apart, mean + apart))
+    values = jnp.stack([mean + apart, mean - apart], -1)
     round_ = apart == 0.0
     angle = 0.5 * jnp.arctan2(jnp.where(round_, 0.0, b), jnp.where(round_, 1.0, d))
     c, s = jnp.cos(angle), jnp.sin(angle)
-    first = jnp.where(up[..., None], jnp.stack([c, s], -1), jnp.stack([-s, c], -1))
-    other = jnp.stack([-first[..., 1], first[..., 0]], -1)
-    return values, jnp.stack([first, other], -1)
+    return values, jnp.stack([jnp.stack([c, s], -1), jnp.stack([-s, c], -1)], -1)

@@ -78,7 +78,7 @@ def true_error(
     _checked(definition, records, order, breaks)
     check_count("directions", directions)
     rule = _Rule(order, definition, nodes, directions)
-    cut = tuple(as_float(b) for b in breaks)
+    cut = tuple(b for some in breaks for b in jnp.ravel(as_float(some)))
     return jax.vmap(lambda record, matrix: rule.error(E, record, matrix, cut))(
         records, as_float(region.matrix)
     )
@@ -165,7 +165,7 @@ def ideal_region(
         definition: one of `DEFINITIONS`.
         circle: whether to keep both axes alike, on a plane.
         most: largest ratio of the axes.
-        breaks: arc lengths of the kinks of E, along a line.
+        breaks: arc lengths of the kinks of E, along a line, one number or an array each [m].
         nodes: of the quadrature.
 
     Returns:
@@ -193,7 +193,7 @@ def ideal_region(
     dtype = records.value.dtype
     limits = [as_float(a).astype(dtype) for a in (tolerance, low, high)]
     rule = _Rule(order, definition, nodes, 64)
-    cut = tuple(as_float(b) for b in breaks)
+    cut = tuple(b for some in breaks for b in jnp.ravel(as_float(some)))
 
     @jax.jit
     def sizes(records, shapes):
@@ -316,7 +316,8 @@ def rms(estimate: ArrayLike, truth: ArrayLike) -> Any:
         [1.802776]
     """
     # Levels of pixels are bytes, of which a difference goes around at zero.
-    return np.sqrt(np.mean((_at_least_float(estimate) - _at_least_float(truth)) ** 2, axis=-1))
+    miss = np.abs(_at_least_float(estimate) - _at_least_float(truth))
+    return np.sqrt(np.mean(miss**2, axis=-1))
 
 
 def _at_least_float(a: ArrayLike) -> np.ndarray:

@@ -185,8 +185,8 @@ def radius_with_lines(
 ) -> Float[Array, "..."]:
     """The radius at which `expected_error_with_lines` reaches the tolerance.
 
-    As `radius_with_events` along a line: bracketed, halved, and polished by one Newton step, which
-    also carries its derivatives.
+    As `radius_with_events` along a line: bracketed, halved, and polished by two Newton steps, which
+    also carry its first and second derivatives.
 
     Args:
         derivative: size of the derivative of order `order + 1` at each record.

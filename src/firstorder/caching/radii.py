@@ -27,7 +27,7 @@ from firstorder._argument_checks import (
 from firstorder.caching._records import checked_order
 from firstorder.caching.regions import ValidityRegion, _checked_dims, _determinant
 from firstorder.numerics._scale import power_of_two
-from firstorder.numerics._select import safe_sqrt
+from firstorder.numerics._select import either, larger, safe_sqrt
 from firstorder.typing import as_float
 
 DEFINITIONS = (
@@ -376,16 +376,21 @@ def geometric_bound(hessians: ArrayLike, weights: ArrayLike = 1.0) -> Float[Arra
 
 
 def _positive_part(H: Float[Array, "... 2 2"]) -> Float[Array, "... 2 2"]:
-    """Symmetric matrices with their negative eigenvalues set to zero."""
+    """Symmetric matrices with their negative eigenvalues set to zero.
+
+    `a I + c (H - mean I)`, a the mean of both eigenvalues' positive parts, and c in [0, 1]. Where
+    one of them is zero but for rounding, either of its signs gives the same matrix: a compiler may
+    find both in one program.
+    """
     mean, d, b = _parts(H)
     apart = _length(d, b)
-    high, low = mean + apart, mean - apart
+    most = larger(jnp.abs(mean), apart)
+    share = 0.5 + 0.5 * mean / jnp.where(most > 0.0, most, 1.0)
+    high, low = (either(a > 0.0, a, 0.0) for a in (mean + apart, mean - apart))
+    middle = 0.5 * (high + low)
     eye = jnp.eye(2, dtype=H.dtype)
-    mixed = (high > 0.0) & (low < 0.0)
-    safe = jnp.where(mixed, apart, 1.0)
-    scale = jnp.where(mixed, high / (2.0 * safe), 0.0)[..., None, None]
-    projected = scale * (H - jnp.where(mixed, low, 0.0)[..., None, None] * eye)
-    return jnp.where(mixed[..., None, None], projected, jnp.where(low[..., None, None] < 0, 0, H))
+    mean, share, middle = (a[..., None, None] for a in (mean, share, middle))
+    return middle * eye + share * (H - mean * eye)
 
 
 def _parts(H: Array) -> tuple[Array, Array, Array]:

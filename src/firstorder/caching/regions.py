@@ -199,7 +199,7 @@ def screen_limits(
 
     Raises:
         ValueError: if a record is not before the camera, `pixel` is not positive, or limits are not
-            in order.
+            in order. A traced record gives NaN.
 
     Reference: J12 §2.2 and §8.2; Tabellion and Lamorlette 2004.
 
@@ -219,5 +219,5 @@ def screen_limits(
             raise ValueError(f"Argument `{name}` must be a range, but is ({least:g}, {most:g}).")
     depth = (camera.eye - as_float(position)) @ camera.axes[:, 2]
     check_positive("position", depth)
-    seen = depth * pixel / camera.gamma
+    seen = nan_unless(depth > 0.0, depth) * pixel / camera.gamma
     return jnp.clip(pixels[0] * seen, *world), jnp.clip(pixels[1] * seen, *world)

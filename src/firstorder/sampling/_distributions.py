@@ -9,11 +9,19 @@ from __future__ import annotations
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_finite, check_not_negative, check_one, is_concrete
+from firstorder._argument_checks import (
+    check_finite,
+    check_not_negative,
+    check_one,
+    is_concrete,
+    nan_unless,
+    not_negative,
+)
 from firstorder._display import Module
 from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._select import safe_sqrt
@@ -82,7 +90,7 @@ class CosinePowerLobe(Module):
         center: where the lobe is highest [rad].
 
     Raises:
-        ValueError: if the exponent is negative.
+        ValueError: if the exponent is negative; a traced one gives NaN.
 
     Example:
         >>> from firstorder.sampling import CosinePowerLobe
@@ -99,12 +107,13 @@ class CosinePowerLobe(Module):
 
     def sample(self, u: ArrayLike, v: ArrayLike) -> Float[Array, "*n"]:
         """The angle to two uniform numbers."""
-        return self.center + jnp.arcsin(lobe_sine(self.exponent, as_float(u), as_float(v)))
+        e = not_negative(self.exponent)
+        return self.center + jnp.arcsin(lobe_sine(e, as_float(u), as_float(v)))
 
     def density(self, a: ArrayLike) -> Float[Array, "*n"]:
         """Density per radian; zero where it is more than pi/2 from the centre."""
-        c = jnp.cos(as_float(a) - self.center)
-        return lobe_power(c, self.exponent) / lobe_area(self.exponent)
+        c, e = jnp.cos(as_float(a) - self.center), not_negative(self.exponent)
+        return lobe_power(c, e) / lobe_area(e)
 
 
 def lobe_sine(e: Float[Array, "*#n"], u: Float[Array, "*#n"], v: Float[Array, "*#n"]) -> Array:
@@ -177,10 +186,13 @@ class Discrete(Module):
         """Number of the choice, and a fresh uniform number from the rest of u."""
         u = as_float(u)
         ends = jnp.cumsum(self.probability)
+        # Added up in parts, the sums of many may rise by a rounding where nothing is added.
+        taken = jnp.where(self.weights > 0.0, jax.lax.stop_gradient(ends), 0.0)
         # Weights of zero at the end are never reached by rounding: the last positive one takes all.
         last = jnp.max(jnp.where(self.weights > 0.0, jnp.arange(ends.shape[0]), 0))
         few = "compare_all" if ends.shape[0] <= 64 else "scan"
-        index = jnp.minimum(jnp.searchsorted(ends, u, side="right", method=few), last)
+        found = jnp.searchsorted(jax.lax.cummax(taken), u, side="right", method=few)
+        index = jnp.minimum(found, last)
         width = self.probability[index]
         rest = (u - (ends[index] - width)) / jnp.where(width > 0.0, width, 1.0)
         return index, jnp.clip(rest, 0.0, 1.0 - 0.5 * jnp.finfo(u.dtype).eps)
@@ -197,7 +209,7 @@ class PiecewiseConstant(Module):
 
     Raises:
         ValueError: if a weight is negative, they are no row of at least one, or the interval has
-            no length.
+            no length; traced ends that are none give NaN.
 
     Example:
         >>> from firstorder.sampling import PiecewiseConstant
@@ -227,7 +239,8 @@ class PiecewiseConstant(Module):
     def sample(self, u: ArrayLike) -> Float[Array, "*n"]:
         """The place to a uniform number."""
         index, rest = Discrete(self.weights).sample(u)
-        return self.low + (index + rest) * (self.high - self.low) / self.weights.shape[0]
+        place = self.low + (index + rest) * (self.high - self.low) / self.weights.shape[0]
+        return nan_unless(self.low < self.high, place)
 
     def density(self, x: ArrayLike) -> Float[Array, "*n"]:
         """Density per unit of x; zero outside the interval."""
@@ -236,4 +249,4 @@ class PiecewiseConstant(Module):
         index = jnp.clip(jnp.floor(place * n).astype(int), 0, n - 1)
         inside = (place >= 0.0) & (place <= 1.0)
         p = Discrete(self.weights).probability[index] * n / (self.high - self.low)
-        return jnp.where(inside, p, 0.0)
+        return nan_unless(self.low < self.high, jnp.where(inside, p, 0.0))
