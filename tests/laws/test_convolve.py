@@ -166,3 +166,13 @@ def test_nodes_are_a_positive_integer(nodes):
     words = "^Argument `nodes` must be a positive integer, but is|violates type hint"
     with pytest.raises((ValueError, TypeError), match=words):
         Convolve(GaussianProfile(1.0), nodes=nodes)
+
+
+def test_a_horizon_that_jumps_is_an_edge_of_the_blurred_light():
+    def under(n):
+        return Convolve(GaussianProfile(0.6), Hemisphere(n))(light())
+
+    (edge,) = under(half_plane(0.2, -0.9, 0.8)).edges()
+    jump = under(0.8)(0.2, 0.5) - under(-0.9)(0.2, 0.5)
+    assert abs(jump) > 0.005
+    np.testing.assert_allclose(edge.jump(0.2, 0.5), jump, rtol=1e-10)

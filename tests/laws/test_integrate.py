@@ -374,3 +374,13 @@ def test_a_pattern_labelled_by_the_sense_before_the_mirror_is_integrated_with_it
     E, h = Integrate("x", -1.0, 1.0)(seen), 1e-5
     slope = (E(0.1 + h) - E(0.1 - h)) / (2.0 * h)
     np.testing.assert_allclose(E.jets(0.1).gradient[0], slope, rtol=1e-6)
+
+
+def test_an_end_that_jumps_is_an_edge_of_the_integral():
+    """Half way along the light reaches farther up, and less far down."""
+    upper, lower = half_plane(0.2, 0.3, 0.7), half_plane(0.2, -0.9, -0.4)
+    h = Integrate("theta", lower, upper)(light())
+    rise = quad(lambda t: bell(0.2, t), 0.3, 0.7)[0]
+    fall = quad(lambda t: bell(0.2, t), -0.9, -0.4)[0]
+    assert [e.level(0.2).item() for e in h.edges()] == [0.0, 0.0]
+    np.testing.assert_allclose(sum(e.jump(0.2) for e in h.edges()), rise - fall, rtol=1e-10)

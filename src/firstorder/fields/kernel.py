@@ -11,7 +11,7 @@ from firstorder._argument_checks import check_positive, nan_unless
 from firstorder.conventions import UNSTATED, Frame, frame_with
 from firstorder.errors import Refused
 from firstorder.fields._series import Series
-from firstorder.fields.field import Field
+from firstorder.fields.field import Edge, Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Grid
 from firstorder.typing import Ray, Scalar, as_float
@@ -33,6 +33,10 @@ class Kernel(Field):
     def local_half_width(self) -> Field | None:
         """`half_width` as a field over the other coordinates; None where it is the same for all."""
         return None
+
+    def edges_along(self) -> tuple[Edge, ...]:
+        """The edges that may be passed along the axis: the rest run along it."""
+        return self.edges()
 
     def knots(self) -> Float[Array, " m"]:
         """Points on the axis at which the kernel is less smooth: quadrature splits there."""

@@ -27,6 +27,7 @@ from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import GaussianProfile, Kernel
 from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.laws._edges import kernel_jumps, surviving_edges
+from firstorder.laws._one_sided import inherited_edges
 from firstorder.laws.base import Law
 from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
@@ -44,7 +45,7 @@ def _reach(kernel: Kernel, wide: Frame) -> Field:
     local = kernel.local_half_width()
     if local is not None:
         return Move(np.eye(wide.dims - 1, wide.dims), to=wide)(local)
-    return Constant(kernel.half_width() * (1.0625 if kernel.edges() else 1.0), wide)
+    return Constant(kernel.half_width() * (1.0625 if kernel.edges_along() else 1.0), wide)
 
 
 class Domain(Module):
@@ -245,12 +246,21 @@ class Convolve(Law):
     def edges(self, f: Field) -> tuple[Edge, ...]:
         """Edges that run along the axis survive, their jump convolved; others are smoothed away.
 
-        So do the kernel's own, where one material ends and another begins.
+        So do the kernel's own, where one material ends and another begins, and those of a
+        horizon's normal.
         """
         a = f.frame.axis(self.kernel.axis)
         of_light = tuple(Edge(e.level, self(e.jump)) for e in surviving_edges(f.edges(), a))
         jumps = kernel_jumps(self.kernel)
-        return of_light + tuple(Edge(level, self._with(g)(f)) for level, g in jumps)
+        of_kernel = tuple(Edge(level, self._with(g)(f)) for level, g in jumps)
+        if not isinstance(self.domain, Hemisphere):
+            return of_light + of_kernel
+
+        def under(n: Field) -> Field:
+            return Convolve(self.kernel, Hemisphere(n), self.nodes, self.window)(f)
+
+        horizon = inherited_edges(self.domain.normal, under)
+        return of_light + of_kernel + surviving_edges(horizon, a)
 
     def spectrum(self, F: Spectrum, Omega: Frequency) -> ComplexScalar:
         """Multiply along the axis, convolve along what the kernel varies in."""

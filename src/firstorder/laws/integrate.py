@@ -22,6 +22,7 @@ from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Spectrum
 from firstorder.fields.wavelet import Wavelet
 from firstorder.laws._edges import surviving_edges
+from firstorder.laws._one_sided import inherited_edges
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
 from firstorder.numerics._quadrature import composite_gauss_legendre, sorted_breaks
@@ -163,14 +164,25 @@ class Integrate(Law):
     def edges(self, f: Field) -> tuple[Edge, ...]:
         """Edges that run along the axis survive, their jump integrated; others are smoothed away.
 
-        Where an edge enters or leaves the interval the result has a kink, and no jump.
+        So do those of an end that jumps. Where an edge enters or leaves the interval the result has
+        a kink, and no jump.
         """
         a = f.frame.axis(self.axis)
         rest = np.delete(np.eye(f.frame.dims), a, axis=1)
         restrict = Move(rest, to=self.frame(f.frame))
-        return tuple(
+        of_light = tuple(
             Edge(restrict.level(e.level), self(e.jump)) for e in surviving_edges(f.edges(), a)
         )
+        ends = []
+        for name in ("lower", "upper"):
+            end = getattr(self, name)
+
+            def cut(smooth: Field, name: str = name) -> Field:
+                ends = {"lower": self.lower, "upper": self.upper, name: smooth}
+                return Integrate(self.axis, nodes=self.nodes, breaks=self.breaks, **ends)(f)
+
+            ends += inherited_edges(end, cut) if isinstance(end, Field) else ()
+        return of_light + tuple(Edge(restrict.level(e.level), e.jump) for e in ends)
 
     def spectrum(self, F: Spectrum, Omega: Frequency) -> ComplexScalar:
         """The slice through zero frequency of the axis (R07 Fig. 2)."""

@@ -31,7 +31,7 @@ INSTEAD = (
 
 
 class Map(Module):
-    """A map T of ray space with its first two derivatives, smooth but for its folds."""
+    """A map T of ray space with its first two derivatives, smooth but for folds and jumps."""
 
     @abc.abstractmethod
     def __call__(self, u: Ray) -> Ray:
@@ -45,6 +45,10 @@ class Map(Module):
 
     def folds(self, frame: Frame) -> tuple[Field, ...]:
         """Levels, in the result's frame, on which T is continuous and its derivatives are not."""
+        return ()
+
+    def jumps(self, f: Field) -> tuple[Edge, ...]:
+        """Edges, in the result's frame, at which T itself jumps, and the light f with it."""
         return ()
 
 
@@ -115,7 +119,8 @@ class Warp(Law):
         """Edges warp with the light; at a fold nothing jumps, but quadrature has to split there."""
         frame = self.frame(f.frame)
         folds = tuple(Edge(level, Constant(0.0, frame)) for level in self.map.folds(frame))
-        return tuple(Edge(self(e.level), self(e.jump)) for e in f.edges()) + folds
+        moved = tuple(Edge(self(e.level), self(e.jump)) for e in f.edges())
+        return moved + folds + self.map.jumps(f)
 
     def spectrum(self, F: Spectrum, Omega: Frequency) -> ComplexScalar:
         """Refused: the linearised warp has a formula."""

@@ -6,8 +6,16 @@ import pytest
 from firstorder.checks.tolerance import fitted_order, normwise
 from firstorder.conventions import SPACE, Frame
 from firstorder.errors import Refused
-from firstorder.fields import Affine, Gaussian, autodiff_jet, discrete_transform, gaussian
+from firstorder.fields import (
+    Affine,
+    Gaussian,
+    autodiff_jet,
+    discrete_transform,
+    gaussian,
+    half_plane,
+)
 from firstorder.fields.spectrum import Grid
+from firstorder.laws import Integrate
 from firstorder.transport import Bump, Curvature, Wave, wave
 
 L = gaussian((0.2, -0.1), (0.7, 0.5), 0.4)
@@ -89,3 +97,23 @@ def test_height_of_a_bump_is_differentiable():
     h = 1e-6
     measured = (radiance(0.25 + h) - radiance(0.25 - h)) / (2 * h)
     assert float(jax.jit(jax.grad(radiance))(0.25)) == pytest.approx(float(measured), rel=1e-8)
+
+
+def test_at_a_crease_the_light_has_an_edge():
+    crease = half_plane(0.2, -0.3, 0.4) + RIPPLES
+    seen = Bump(crease)(L)
+    (edge,) = seen.edges()
+    jump = seen(0.2 + 1e-9, 0.1) - seen(0.2 - 1e-9, 0.1)
+    np.testing.assert_allclose(edge.jump(0.2, 0.1), jump, rtol=1e-7)
+
+
+def test_a_crease_that_moves_is_seen_by_a_pixel_over_it():
+    """The derivative by its place: what the pixel loses on one side, for what it wins."""
+
+    def pixel(place, direction):
+        seen = Bump(half_plane(place, -0.3, 0.4))(L)
+        return Integrate("x", -1.0, 1.0)(seen).at(direction)
+
+    low, high = (Bump(n)(L)(0.2, 0.1) for n in (-0.3, 0.4))
+    slope = jax.jit(jax.grad(pixel))(0.2, jnp.array([0.1]))
+    np.testing.assert_allclose(slope, low - high, rtol=1e-10)

@@ -235,3 +235,10 @@ def test_a_lobe_is_nan_where_its_width_is_none():
     assert np.isnan(reach(-0.4))
     assert np.isnan(reach(0.0))
     assert reach(0.4) == pytest.approx(3.6)
+
+
+def test_an_edge_of_the_width_is_an_edge_of_what_is_reflected():
+    lobe = VaryingGaussian(half_plane(0.2, 0.1, 0.3, frame=OUT), 0.3)
+    (edge,) = Reflection(lobe, nodes=128)(L).edges()
+    narrow, wide = (Reflection(GaussianProfile(s, frame=OUT))(L)(0.2, 0.3) for s in (0.1, 0.3))
+    np.testing.assert_allclose(edge.jump(0.2, 0.3), wide - narrow, rtol=1e-7)

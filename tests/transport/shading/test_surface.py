@@ -598,3 +598,16 @@ def test_a_traced_distance_that_is_none_gives_nan():
     assert np.isnan(look(-2.0))
     assert np.isnan(look(0.0))
     assert look(2.0) == pytest.approx(np.cos(0.3))
+
+
+def test_a_crease_of_the_surface_is_an_edge_of_what_it_reflects():
+    """And the derivative by its place has the edge's own term."""
+
+    def pixel(place):
+        B = Surface(half_plane(place, -0.2, 0.3), glossy(0.2)).reflect(LIGHT)
+        return Integrate("x", -1.0, 1.0)(B).at(jnp.array([0.1]))
+
+    (edge,) = Surface(half_plane(0.2, -0.2, 0.3), glossy(0.2)).reflect(LIGHT).edges()
+    low, high = (Surface(n, glossy(0.2)).reflect(LIGHT)(0.2, 0.1) for n in (-0.2, 0.3))
+    np.testing.assert_allclose(edge.jump(0.2, 0.1), high - low, rtol=1e-10)
+    np.testing.assert_allclose(jax.jit(jax.grad(pixel))(0.2), low - high, rtol=1e-10)

@@ -60,7 +60,9 @@ def light_field(
     `eps^(3/4)` radians of it, the value is the mean of both sides.
     Wrong when: it is integrated over x across a place where a shape crosses the line, for the light
     jumps there and no edge says so; or when the edges of `Curves`, which are known on this very
-    line, travel: ask for the field on the far line instead.
+    line, travel: ask for the field on the far line instead. Derivatives of a `radiance` that varies
+    along a round shape are infinite at its limb: jets of integrals converge slowly in the gradient
+    and not in the Hessian. There differentiate the integral's value, whose nodes move with limbs.
 
     Args:
         scene: shapes and environment, without point lights.

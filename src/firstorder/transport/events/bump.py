@@ -7,8 +7,9 @@ import jax.numpy as jnp
 
 from firstorder.conventions import Frame, to_global, to_local
 from firstorder.fields._coerce import field_or_fields
-from firstorder.fields.field import Field
+from firstorder.fields.field import Edge, Field
 from firstorder.fields.jet import Jet
+from firstorder.laws._one_sided import inherited_edges, still
 from firstorder.laws.base import Law
 from firstorder.laws.warp import Map, Warp
 from firstorder.transport.event import Event, require_frame
@@ -20,7 +21,8 @@ class Bump(Event):
 
     Gradient and Hessian contain `n_x` and `n_xx`; the spectrum is refused, and passes through
     `bump.linearised(at)`, a curvature `n_x(at)` and a rotation, with a measured error. A base
-    shape and a bump add up: `Bump(base + bumps)`. `back=True` undoes it.
+    shape and a bump add up: `Bump(base + bumps)`. `back=True` undoes it. Where n jumps, at a
+    crease, the light has an edge.
 
     Valid for shading normals: the positions are those of the base surface.
 
@@ -80,3 +82,16 @@ class _Tilt(Map):
             J = J.at[i].add(sign * jnp.where(place, n.gradient, 0.0))
             second = second.at[i].set(sign * jnp.where(place & place[:, None], n.hessian, 0.0))
         return self(u), J, second
+
+    def jumps(self, f: Field) -> tuple[Edge, ...]:
+        """Creases: edges of the normals, across which the light is seen in another frame."""
+        found = []
+        for i, n in enumerate(self.normals):
+
+            def turned(smooth: Field, i: int = i) -> Field:
+                normals = (*self.normals[:i], smooth, *self.normals[i + 1 :])
+                return Warp(_Tilt(normals, self.frame, self.back))(f)
+
+            for e in inherited_edges(n, turned):
+                found.append(Edge(still(e.level, self.frame), e.jump))
+        return tuple(found)

@@ -15,6 +15,7 @@ from firstorder.fields.field import Edge, Field, Sum, _relabelled
 from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import Kernel, Profile
 from firstorder.fields.spectrum import Grid
+from firstorder.laws._one_sided import inherited_edges
 from firstorder.laws.base import Law
 from firstorder.laws.convolve import Convolve, Domain, Line
 from firstorder.laws.multiply import Multiply
@@ -147,6 +148,14 @@ class VaryingGaussian(Kernel):
         bend = p_ss * s.gradient[:, None] * s.gradient + p_s * s.hessian
         hessian = p_tt * e[:, None] * e + mixed + mixed.T + bend
         return Jet(p, p_t * e + p_s * s.gradient, hessian, self.frame)
+
+    def edges(self) -> tuple[Edge, ...]:
+        """Edges of the width: where one material ends and another begins."""
+        return inherited_edges(self.sigma, lambda s: VaryingGaussian(s, self.widest, self.axis))
+
+    def edges_along(self) -> tuple[Edge, ...]:
+        """None: the width does not depend on the angle."""
+        return ()
 
     def semi_series(self, Omega_axis: Scalar, window: Grid | None) -> Series:
         """`exp(-2 pi^2 sigma(x)^2 Omega^2)`, sampled over x: its Fourier coefficients."""

@@ -24,6 +24,7 @@ from firstorder.fields.field import Affine, Edge, Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.kernel import Profile
 from firstorder.laws._edges import kernel_jumps, surviving_edges
+from firstorder.laws._one_sided import inherited_edges, still
 from firstorder.laws.convolve import Convolve
 from firstorder.laws.multiply import Multiply
 from firstorder.numerics._batching import in_batches
@@ -202,7 +203,7 @@ class ReflectedField(Field):
         return self.entries(u[0], u[1]).jet(self.frame)
 
     def edges(self) -> tuple[Edge, ...]:
-        """Edges of the texture, and those of light and lobes that ignore theta.
+        """Edges of texture and normal, and those of light and lobes that ignore theta.
 
         Others are smoothed away, unless one that bends happens to run along theta.
         """
@@ -221,7 +222,15 @@ class ReflectedField(Field):
         )
         bare = Multiply(self._on(reflectance, None))
         painted = () if texture is None else texture.edges()
-        return of_light + of_lobes + tuple(Edge(e.level, bare(e.jump)) for e in painted)
+        of_paint = tuple(Edge(e.level, bare(e.jump)) for e in painted)
+        creases = tuple(
+            Edge(still(e.level, self.frame), e.jump)
+            for e in inherited_edges(
+                self.surface.normal,
+                lambda n: ReflectedField(self.light, Surface(n, reflectance, texture), self.nodes),
+            )
+        )
+        return of_light + of_lobes + of_paint + creases
 
     def _on(self, reflectance, texture: Field | None) -> "ReflectedField":
         """Reflection of the light by another material."""
