@@ -28,7 +28,7 @@ MOST = {
     "space light field, jet": 1411,
     "azimuth integral": 5814,
     "path, jet": 1062,
-    "path, spectrum": 367,
+    "path, spectrum": 352,
     "shadow field, spectrum": 74,
     "cache": 82,
     "tile of pixels": 3675,
