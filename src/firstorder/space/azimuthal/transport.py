@@ -10,9 +10,10 @@ whose ends lie where the slice meets its silhouette; the intervals are merged. T
 is split wherever that changes its form (`_critical_azimuths`), with nodes that cancel the inverse
 square roots at the ends.
 
-Everything is differentiable: the derivative of the sum is that of B, with shadow edges. Beside it
-stands the gradient by R07's formulas, interior and boundary apart. The contour integrals of
-`irradiance` need fewer nodes; this route takes any light and any lobe.
+The derivative of the sum is that of B, with shadow edges. Beside it stands the gradient by R07's
+formulas, interior and boundary apart. Second derivatives lack those of edges that lie in one slice,
+such as the upright ones of a box on the floor. The contour integrals of `irradiance` have them and
+need fewer nodes; this route takes any light and any lobe.
 """
 
 from __future__ import annotations
@@ -97,7 +98,7 @@ def visibility_by_azimuth(
     surface of shape operator `at.S`, with which its horizon turns; a traced number of either that
     is none gives NaN. On an inner wall that `Receiver.on` names the sky is seen through the wall,
     as by `net_visibility`. Edges along the normal, which (48) leaves out, are added in the gradient
-    of a flat receiver.
+    of a flat receiver, and are missing in second derivatives.
 
     Args:
         scene: the blockers.
