@@ -53,7 +53,7 @@ def cached_functions(folders: Sequence[pathlib.Path]) -> list[Any]:
         >>> from firstorder.ledger._process_memory import cached_functions
         >>> folder = pathlib.Path(firstorder.__file__).parent / "numerics"
         >>> sorted(f.__name__ for f in cached_functions([folder]))
-        ['_may_wrap', '_names', '_rule']
+        ['_names', '_rule']
     """
     below = tuple(f"{folder}{os.sep}" for folder in folders)
     held: dict[int, Any] = {}
