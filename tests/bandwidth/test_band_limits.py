@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import linprog
 
 from firstorder.bandwidth import BandLimit, band_limit, band_limit_after, path_band_limits
-from firstorder.conventions import FLATLAND_SLOPE, SPACE, Frame
+from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, SPACE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import (
     BoxProfile,
@@ -342,3 +342,10 @@ def test_what_is_no_path_has_no_band_limits():
         path_band_limits(light)  # pyright: ignore[reportArgumentType]
     with pytest.raises(TypeError, match=r"`source` must be a `BandLimit`|violates type hint"):
         path_band_limits(light >> Mirror(), 3.0)  # pyright: ignore[reportArgumentType]
+
+
+def test_bands_of_the_same_coordinates_add_whatever_their_sense():
+    one, other = BandLimit.box((1.0, 2.0)), BandLimit.box((0.5, 0.5), FLATLAND.turned())
+    assert (one + other).extent("x") == 1.5
+    with pytest.raises(ValueError, match=r"the same coordinates, but have x, theta and x, y, "):
+        one + BandLimit.box((1.0, 1.0, 1.0, 1.0), SPACE)

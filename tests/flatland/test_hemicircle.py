@@ -162,16 +162,20 @@ def test_an_edge_in_the_horizon_is_the_horizons_however_the_scene_is_turned():
     """
     angles = np.random.default_rng(5).uniform(-np.pi, np.pi, 200)
 
-    def light(angle, raised):
+    def light(angle, raised, apart):
+        """From a lamp at a distance from the receiver, 0.7 times as high."""
         turn = jnp.array([[jnp.cos(angle), -jnp.sin(angle)], [jnp.sin(angle), jnp.cos(angle)]])
-        at, foot, top = (turn @ jnp.array(p) for p in ((0.3, 0.2), (1.3, 0.2), (1.3, 0.9)))
+        corners = (0.3, 0.2), (0.3 + apart, 0.2), (0.3 + apart, 0.2 + 0.7 * apart)
+        at, foot, top = (turn @ jnp.array(p) for p in corners)
         lamp = primitive(Segments(foot + raised * turn[:, 1], top), emission=1.0)
         return irradiance(Scene.of(lamp), Receiver(at, angle))
 
-    E = jax.vmap(light, (0, None))
-    bent = jax.vmap(jax.hessian(light, 1), (0, None))(angles, 0.0)
-    np.testing.assert_allclose(E(angles, 0.0), 1.0 - 1.0 / np.hypot(1.0, 0.7), rtol=1e-13)
-    np.testing.assert_allclose(bent, 0.0, rtol=0.0, atol=1e-13)
+    E = jax.jit(jax.vmap(light, (0, None, None)))
+    bend = jax.jit(jax.vmap(jax.hessian(light, 1), (0, None, None)))
+    for apart in (1.0, 0.01):
+        np.testing.assert_allclose(
+            E(angles, 0.0, apart), 1.0 - 1.0 / np.hypot(1.0, 0.7), rtol=1e-12
+        )
+        np.testing.assert_allclose(bend(angles, 0.0, apart), 0.0, rtol=0.0, atol=1e-9)
     # (Clearly above the horizon it is lost.)
-    bent = jax.vmap(jax.hessian(light, 1), (0, None))(angles, 1e-9)
-    np.testing.assert_allclose(bent, -1.0, rtol=1e-6)
+    np.testing.assert_allclose(bend(angles, 1e-9, 1.0), -1.0, rtol=1e-6)

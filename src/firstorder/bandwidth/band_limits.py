@@ -125,7 +125,7 @@ class BandLimit(Module):
         Raises:
             ValueError: if the other one has other coordinates.
         """
-        if other.frame != self.frame:
+        if other.frame.coordinates != self.frame.coordinates:
             raise ValueError(
                 f"Bands that are added must have the same coordinates, but have "
                 f"{', '.join(self.frame.coordinates)} and {', '.join(other.frame.coordinates)}."

@@ -32,7 +32,12 @@ from firstorder._argument_checks import (
     nan_unless,
 )
 from firstorder._display import in_print
-from firstorder.bandwidth._harmonics import averaged_from, check_frequency_across, left_by_pixel
+from firstorder.bandwidth._harmonics import (
+    averaged_from,
+    check_frequency_across,
+    left_by_pixel,
+    over,
+)
 from firstorder.typing import RealLike, as_float
 
 
@@ -191,7 +196,7 @@ def pit_cutoffs(
     given = (share, frequency, frequency_across, width)
     e, f, across, w = (as_float(a) for a in given)
     valid &= (e > 0) & (e < 1) & (f >= 0) & (across > 0) & (w > 0)
-    e = jnp.where(rho > 0, e / jnp.where(rho > 0, rho, 1.0), jnp.inf)  # of what is sent on at all
+    e = over(e, rho)  # of what is sent on at all
     left = left_by_pixel(w, Bx, f, across)
     brdf = jnp.where(left < e, e - jnp.where(left < e, left, 0.0), 0.0)
     pixel = averaged_from(jnp.minimum(e, 1.0), jnp.isfinite(across)) / w

@@ -197,7 +197,7 @@ class _Solid(NamedTuple):
 
 
 def _solids(maps: RadianceMaps, on: int) -> list[_Solid]:
-    """Shapes that rays from one of them can meet; of those in one place the one seen is last."""
+    """Shapes that rays from one of them can meet, by rank: of those in one place the last shows."""
     first, found, number = face_layout(maps.scene).first, [], 0
     rank = ranks(maps.scene.material.emission).tolist()
     L = np.asarray(maps.L, np.float32)
@@ -242,11 +242,12 @@ class _Look:
         small = np.min_scalar_type(-len(self.solids) - 1)  # a byte, where solids are few
         which = np.full(count, -1, small)
         share = np.float32(1.0 - tie(np.float32))
+        # `scene._intersect.rounding`, without JAX: thousands of places are asked for.
         slack = np.float32(8.0 * np.finfo(np.float32).eps * np.max(np.abs(x)))
         for number, (solid, ready) in enumerate(zip(self.solids, self.ready, strict=True)):
             t = _distance(solid, ready, solid.turn @ (x - solid.center))
-            nearer = share * t - slack < best  # or in one place, see `Scene.of`
-            np.copyto(best, t, where=nearer)
+            nearer = share * t - slack < best  # or in one place and of a higher rank (`Scene.of`)
+            np.copyto(best, np.minimum(t, best), where=nearer)
             np.copyto(which, small.type(number), where=nearer)
         L, n = np.zeros(count, np.float32), np.zeros((2, count), np.float32)
         for number, solid in enumerate(self.solids):

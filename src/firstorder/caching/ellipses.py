@@ -29,10 +29,10 @@ def semi_axes(
     """Semi-axes of the largest ellipse whose expected error is the tolerance, and their directions.
 
     A stretch `x = T y` of determinant 1 along the eigenvectors turns the ellipse into a disc and H
-    into `T^T H T`. The mean curvature of that is least where both eigenvalues have one size, and so
-    are its root mean square and its largest: axes as `|lambda|^(-1/2)`; where `most` forbids that,
-    the nearest ratio. The radius of the disc is then that of `radius_for`, for the norm with which
-    the definition integrates: exact for (68) whatever the signs.
+    into `T^T H T`. Its mean curvature over the directions is least where both eigenvalues have one
+    size; so are the root mean square and the largest curvature. That gives axes as
+    `|lambda|^(-1/2)`; where `most` forbids that, the nearest ratio. The radius of the disc is then
+    that of `radius_for`, exact for every definition, whatever the signs.
 
     Printed are axes as `|lambda|^(-1/4)`: if H is definite they have the same area, but more error
     than the tolerance, `(q + 1/q) / 2` times for `q = |lambda_1 / lambda_2|^(1/4)`.

@@ -6,7 +6,7 @@ judge the regions that are made from derivatives.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
@@ -78,7 +78,7 @@ def true_error(
     _checked(definition, records, order, breaks)
     check_count("directions", directions)
     rule = _Rule(order, definition, nodes, directions)
-    cut = tuple(b for some in breaks for b in jnp.ravel(as_float(some)))
+    cut = _each(breaks)
     return jax.vmap(lambda record, matrix: rule.error(E, record, matrix, cut))(
         records, as_float(region.matrix)
     )
@@ -193,7 +193,7 @@ def ideal_region(
     dtype = records.value.dtype
     limits = [as_float(a).astype(dtype) for a in (tolerance, low, high)]
     rule = _Rule(order, definition, nodes, 64)
-    cut = tuple(b for some in breaks for b in jnp.ravel(as_float(some)))
+    cut = _each(breaks)
 
     @jax.jit
     def sizes(records, shapes):
@@ -318,6 +318,11 @@ def rms(estimate: ArrayLike, truth: ArrayLike) -> Any:
     # Levels of pixels are bytes, of which a difference goes around at zero.
     miss = np.abs(_at_least_float(estimate) - _at_least_float(truth))
     return np.sqrt(np.mean(miss**2, axis=-1))
+
+
+def _each(breaks: Sequence[ArrayLike]) -> tuple[Array, ...]:
+    """The kinks one by one."""
+    return tuple(kink for part in breaks for kink in jnp.ravel(as_float(part)))
 
 
 def _at_least_float(a: ArrayLike) -> np.ndarray:

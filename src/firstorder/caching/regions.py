@@ -199,7 +199,7 @@ def screen_limits(
 
     Raises:
         ValueError: if a record is not before the camera, `pixel` is not positive, or limits are not
-            in order. A traced record gives NaN.
+            in order. A traced record that is not before the camera gives NaN.
 
     Reference: J12 §2.2 and §8.2; Tabellion and Lamorlette 2004.
 

@@ -35,7 +35,7 @@ class Kernel(Field):
         return None
 
     def edges_along(self) -> tuple[Edge, ...]:
-        """The edges that may be passed along the axis: the rest run along it."""
+        """Edges that a line along the axis may cross; those of other coordinates alone are none."""
         return self.edges()
 
     def knots(self) -> Float[Array, " m"]:

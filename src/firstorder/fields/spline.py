@@ -24,6 +24,7 @@ from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Grid, SampledSpectrum, Spectrum
 from firstorder.numerics._select import whole_below
+from firstorder.numerics._splines import cubic_b_spline
 from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar, as_float
 
 BOUNDARIES = ("zero", "open", "periodic")
@@ -136,7 +137,7 @@ class Spline(Field):
         """The spline."""
         block, distances = self._local(u)
         for t in distances:  # the first axis left, each time
-            weight = _spline(t)[0]
+            weight = cubic_b_spline(t)[0]
             block = jnp.sum(weight.reshape((4,) + (1,) * (block.ndim - 1)) * block, axis=0)
         return block
 
@@ -145,7 +146,7 @@ class Spline(Field):
         block, distances = self._local(u)
         n = len(distances)
         for t, h in zip(distances, self.grid.step, strict=True):
-            weights = _spline(t) / jnp.array([1.0, h, h**2], t.dtype)[:, None]
+            weights = jnp.stack(cubic_b_spline(t)) / jnp.array([1.0, h, h**2], t.dtype)[:, None]
             # contract the first axis left, append one for the order of the derivative
             block = jnp.sum(block[..., None] * weights.T.reshape(4, *(1,) * (n - 1), 3), axis=0)
         order = np.eye(n, dtype=int)
@@ -210,19 +211,6 @@ class _SplineSpectrum(Spectrum):
         grid = self.field.grid
         sides = zip(grid.extent, grid.step, strict=True)
         return Extent.box(grid.center, [0.5 * e + 2.0 * h for e, h in sides])
-
-
-def _spline(t: Array) -> Array:
-    """`beta, beta', beta''` of the cubic B-spline.
-
-    In the middle no first power of |t| stands alone: at t = 0, where a node lies, derivatives of
-    these do not ask for the sign of t.
-    """
-    a, square = jnp.abs(t), t * t
-    inner, far = a < 1.0, jnp.maximum(2.0 - a, 0.0)
-    value = jnp.where(inner, 2.0 / 3.0 - square + 0.5 * a * square, far**3 / 6.0)
-    slope = jnp.where(inner, (1.5 * a - 2.0) * t, -0.5 * jnp.sign(t) * far**2)
-    return jnp.stack([value, slope, jnp.where(inner, 3.0 * a - 2.0, far)])
 
 
 @functools.cache

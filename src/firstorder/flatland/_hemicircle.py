@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 HORIZON = 0.5 * jnp.pi
 MANY = 48  # cuts from which on blocks pay for being traced
 LEVEL = 8.0  # roundings within which an edge lies in the horizon
+FLAT = 1e-3  # and up to which angle [rad]
 IN_CACHE = 2**15  # gaps whose tables stay in the cache
 
 
@@ -78,10 +79,7 @@ def cuts_of(scene: Scene, at: Receiver, points: Float[Array, "c 2"] | None = Non
     # A point that does not exist is replaced before its angle is asked for: no NaN in gradients.
     way = either(valid[:, None], found - at.position, at.normal)
     side, up = cross_2d(at.normal, way), dot_2d(at.normal, way)
-    # An edge in the horizon, like the foot of a lamp on the floor, is the horizon's: there second
-    # derivatives are those of one side, and it must not be rounding that chooses.
-    level = LEVEL * jnp.finfo(up.dtype).eps * jnp.abs(jax.lax.stop_gradient(side))
-    low = (up <= level) | ~valid
+    low = _in_horizon(*jax.lax.stop_gradient((side, up, at.position))) | ~valid
     sine, cosine = sine_and_cosine(either(low, 0.0, side), either(low, 1.0, up))
     end = either(valid & (side < 0.0), jnp.full_like(side, -1.0), 1.0)
     sine, cosine = either(low, end, sine), either(low, 0.0, cosine)
@@ -96,6 +94,20 @@ def cuts_of(scene: Scene, at: Receiver, points: Float[Array, "c 2"] | None = Non
     known = jnp.isfinite(at.n) & jnp.all(jnp.isfinite(at.position)) & ~scene.unsound
     # As a factor, so that derivatives are NaN too.
     return Cuts(sine * nan_unless(known, jnp.ones_like(sine)), cosine, far)
+
+
+def _in_horizon(
+    side: Float[Array, " c"], up: Float[Array, " c"], position: Float[Array, "2"]
+) -> Bool[Array, " c"]:
+    """Which ways lead to the horizon, by rounding of the coordinates, or below it.
+
+    An edge in the horizon, like the foot of a lamp on the floor, is the horizon's: there second
+    derivatives are those of one side, and it must not be rounding that chooses. A way as short as
+    rounding may lead anywhere; it is level only where it is flat.
+    """
+    flat = jnp.abs(side)
+    off = LEVEL * jnp.finfo(up.dtype).eps * (flat + jnp.max(jnp.abs(position)))
+    return up <= jnp.minimum(off, FLAT * flat)
 
 
 def seen_between(scene: Scene, at: Receiver, cuts: Cuts, *, sides: bool = False) -> Between:

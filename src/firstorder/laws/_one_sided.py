@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -33,13 +33,15 @@ def still(level: Field, frame: Frame) -> Field:
     """A level at the position of a ray, and at direction zero; a straight one stays straight."""
     if isinstance(level, Affine):
         xp, normal = hosted(level.normal)
-        place = np.array([i not in frame.directions for i in range(frame.dims)])
-        return Affine(xp.where(place, normal, 0.0), level.offset, frame)
+        return Affine(xp.where(_places(frame), normal, 0.0), level.offset, frame)
     return _Still(level, frame)
 
 
 class OneSided(Field):
     """A field with one of its edges taken away: it goes on across that as it is on one side.
+
+    Wrong where the jump of another edge itself jumps at this one, as that of a product of two steps
+    does.
 
     Args:
         field: with edges.
@@ -66,19 +68,14 @@ class OneSided(Field):
 
     def jet(self, u: Ray) -> Jet:
         """Likewise: between edges the share does not change."""
-        share = self._share(u)
         missing = self.field.edges()[self.k].jump.jet(u)
-        return jax.tree.map(lambda a, b: a + share * b, self.field.jet(u), _named(missing, self))
+        missing = dataclasses.replace(missing, frame=self.frame)
+        return self.field.jet(u) + missing.scaled(self._share(u))
 
     def edges(self) -> tuple[Edge, ...]:
         """The others."""
         edges = self.field.edges()
         return edges[: self.k] + edges[self.k + 1 :]
-
-
-def _named(jet: Jet, field: Field) -> Jet:
-    """The jet over the coordinates of a field, as its jets have them."""
-    return Jet(jet.value, jet.gradient, jet.hessian, field.frame)
 
 
 class _Still(Field):
@@ -87,15 +84,19 @@ class _Still(Field):
     level: Field
     frame: Frame = eqx.field(static=True)
 
-    def _place(self, u: Ray) -> Ray:
-        return u * np.array([i not in self.frame.directions for i in range(self.frame.dims)])
-
     def at(self, u: Ray) -> Scalar:
         """The level there."""
-        return self.level.at(self._place(u))
+        return self.level.at(jnp.where(_places(self.frame), u, 0.0))
 
     def jet(self, u: Ray) -> Jet:
         """Its jet there, which does not change along directions."""
-        jet, one = self.level.jet(self._place(u)), self._place(jnp.ones_like(u))
-        hessian = jet.hessian * one[:, None] * one
-        return Jet(jet.value, jet.gradient * one, hessian, self.frame)
+        place = _places(self.frame)
+        jet = self.level.jet(jnp.where(place, u, 0.0))
+        gradient = jnp.where(place, jet.gradient, 0.0)
+        hessian = jnp.where(place & place[:, None], jet.hessian, 0.0)
+        return Jet(jet.value, gradient, hessian, self.frame)
+
+
+def _places(frame: Frame) -> np.ndarray:
+    """Which coordinates are of position."""
+    return np.array([i not in frame.directions for i in range(frame.dims)])

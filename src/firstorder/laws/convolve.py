@@ -214,9 +214,9 @@ class Convolve(Law):
         images = tuple(self._with(g)._integral(f) for g in parts) if len(parts) > 1 else ()
         return Sum(images, jnp.ones(len(images))) if images else self._integral(f)
 
-    def _with(self, kernel: Kernel) -> "Convolve":
-        """A convolution with another kernel, the rest as here."""
-        return Convolve(kernel, self.domain, self.nodes, self.window)
+    def _with(self, kernel: Kernel, domain: Domain | None = None) -> "Convolve":
+        """A convolution with another kernel, and maybe another domain, the rest as here."""
+        return Convolve(kernel, domain or self.domain, self.nodes, self.window)
 
     def _integral(self, f: Field) -> Field:
         """`Integrate(Multiply(moved g)(moved f))` with the whole kernel g at once."""
@@ -255,11 +255,9 @@ class Convolve(Law):
         of_kernel = tuple(Edge(level, self._with(g)(f)) for level, g in jumps)
         if not isinstance(self.domain, Hemisphere):
             return of_light + of_kernel
-
-        def under(n: Field) -> Field:
-            return Convolve(self.kernel, Hemisphere(n), self.nodes, self.window)(f)
-
-        horizon = inherited_edges(self.domain.normal, under)
+        horizon = inherited_edges(
+            self.domain.normal, lambda n: self._with(self.kernel, Hemisphere(n))(f)
+        )
         return of_light + of_kernel + surviving_edges(horizon, a)
 
     def spectrum(self, F: Spectrum, Omega: Frequency) -> ComplexScalar:

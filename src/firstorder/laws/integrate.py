@@ -173,16 +173,19 @@ class Integrate(Law):
         of_light = tuple(
             Edge(restrict.level(e.level), self(e.jump)) for e in surviving_edges(f.edges(), a)
         )
-        ends = []
-        for name in ("lower", "upper"):
-            end = getattr(self, name)
+        ends = {"lower": self.lower, "upper": self.upper}
 
-            def cut(smooth: Field, name: str = name) -> Field:
-                ends = {"lower": self.lower, "upper": self.upper, name: smooth}
-                return Integrate(self.axis, nodes=self.nodes, breaks=self.breaks, **ends)(f)
+        def cut(name: str, smooth: Field) -> Field:
+            others = ends | {name: smooth}
+            return Integrate(self.axis, nodes=self.nodes, breaks=self.breaks, **others)(f)
 
-            ends += inherited_edges(end, cut) if isinstance(end, Field) else ()
-        return of_light + tuple(Edge(restrict.level(e.level), e.jump) for e in ends)
+        of_ends = tuple(
+            Edge(restrict.level(e.level), e.jump)
+            for name, end in ends.items()
+            if isinstance(end, Field)
+            for e in inherited_edges(end, partial(cut, name))
+        )
+        return of_light + of_ends
 
     def spectrum(self, F: Spectrum, Omega: Frequency) -> ComplexScalar:
         """The slice through zero frequency of the axis (R07 Fig. 2)."""

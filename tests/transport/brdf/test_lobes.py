@@ -9,7 +9,7 @@ from scipy.integrate import quad
 
 from derivations.transport.brdf import lobes as derived
 from firstorder.fields import GaussianProfile
-from firstorder.transport.brdf._splines import cubic_b_spline
+from firstorder.numerics._splines import cubic_b_spline
 from firstorder.transport.brdf.lobes import (
     MIRROR,
     NORMAL,

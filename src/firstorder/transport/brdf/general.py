@@ -16,7 +16,7 @@ from firstorder._argument_checks import check_finite, check_positive, nan_unless
 from firstorder._display import Module
 from firstorder.fields.kernel import Profile
 from firstorder.numerics._select import whole_below
-from firstorder.transport.brdf._splines import cubic_b_spline
+from firstorder.numerics._splines import cubic_b_spline
 from firstorder.transport.brdf.lobes import Lobe
 from firstorder.transport.events.separable import Angular
 from firstorder.typing import Scalar, as_float

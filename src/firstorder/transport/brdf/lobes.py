@@ -24,7 +24,7 @@ from firstorder._display import Module
 from firstorder.conventions import UNSTATED, Frame, fourier_kernel, frame_with
 from firstorder.fields.kernel import GaussianProfile, Kernel, Profile
 from firstorder.numerics._select import whole_below
-from firstorder.transport.brdf._splines import cubic_b_spline
+from firstorder.numerics._splines import cubic_b_spline
 from firstorder.typing import Scalar, as_float
 
 

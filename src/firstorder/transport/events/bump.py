@@ -22,7 +22,8 @@ class Bump(Event):
     Gradient and Hessian contain `n_x` and `n_xx`; the spectrum is refused, and passes through
     `bump.linearised(at)`, a curvature `n_x(at)` and a rotation, with a measured error. A base
     shape and a bump add up: `Bump(base + bumps)`. `back=True` undoes it. Where n jumps, at a
-    crease, the light has an edge.
+    crease, the light has an edge. Of two creases in one place the sum of the jumps is right to
+    second order in their angles.
 
     Valid for shading normals: the positions are those of the base surface.
 
