@@ -111,11 +111,11 @@ def refused(s: Flat, eps: float) -> np.ndarray:
 
 
 def unanswered(s: Flat, eps: float) -> np.ndarray:
-    """Scenes that may be wrong: the receiver is on a shape that it does not name, or an arc crosses
-    a segment that shines.
+    """Scenes that may be wrong: the receiver is on a shape that it does not name, or within dozens
+    of roundings of an arc's end, or an arc crosses a segment that shines.
 
-    `Receiver.on` says the one, and `Scene.of` that traced arcs are taken not to cross the other. An
-    arc reaches beyond its ends by some roundings, so that no ray passes between what is joined.
+    `Receiver.on` says the first, and `Scene.of` that traced arcs are taken not to cross the last.
+    An arc reaches beyond its ends by some roundings, so that no ray passes between what is joined.
     """
     slack = 16.0 * eps * s.size
     found, touch = np.zeros(len(s.at), bool), eps * s.size
