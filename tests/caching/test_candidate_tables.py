@@ -205,9 +205,10 @@ def test_places_and_their_floor_are_checked(wrong, words):
 @pytest.mark.parametrize("last", ["lamp", "wall"])
 def test_a_lamp_drawn_on_a_wall_is_seen(last):
     """The wall, if it came first, once hid it; against rays that meet one plane."""
-    floor, wall, lamp = (rectangle((0.0, 0.0, z), *sides) for z, sides in (
-        (0.0, ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))), (1.3, ((0.0, 1.0, 0.0), (1.0, 0.0, 0.0))),
-        (1.3, ((0.0, 0.3, 0.0), (0.3, 0.0, 0.0)))))  # fmt: skip
+    floor = rectangle((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    wall, lamp = (
+        rectangle((0.0, 0.0, 1.3), (0.0, side, 0.0), (side, 0.0, 0.0)) for side in (1.0, 0.3)
+    )
     things = [primitive(wall), primitive(lamp, emission=5.0)][:: 1 if last == "lamp" else -1]
     sent = [0.0, 1.0, 5.0] if last == "lamp" else [0.0, 5.0, 1.0]
     maps = RadianceMaps(

@@ -21,7 +21,7 @@ def inherited_edges(field: Field, make: Callable[[Field], Field]) -> tuple[Edge,
 
     Args:
         field: the parameter: a normal, a width, an end of an integral.
-        make: the light, or the kernel, that one without this edge would give.
+        make: makes the light, or the kernel, of such a parameter.
     """
     return tuple(
         Edge(e.level, make(OneSided(field, k, 1.0)) - make(OneSided(field, k, 0.0)))
@@ -30,10 +30,13 @@ def inherited_edges(field: Field, make: Callable[[Field], Field]) -> tuple[Edge,
 
 
 def still(level: Field, frame: Frame) -> Field:
-    """A level at the position of a ray, and at direction zero; a straight one stays straight."""
+    """A level over rays that is asked at a ray's position and at direction zero.
+
+    A straight one stays straight.
+    """
     if isinstance(level, Affine):
         xp, normal = hosted(level.normal)
-        return Affine(xp.where(_places(frame), normal, 0.0), level.offset, frame)
+        return Affine(xp.where(of_position(frame), normal, 0.0), level.offset, frame)
     return _Still(level, frame)
 
 
@@ -79,24 +82,24 @@ class OneSided(Field):
 
 
 class _Still(Field):
-    """A level at direction zero."""
+    """A level that is not straight, asked at direction zero."""
 
     level: Field
     frame: Frame = eqx.field(static=True)
 
     def at(self, u: Ray) -> Scalar:
         """The level there."""
-        return self.level.at(jnp.where(_places(self.frame), u, 0.0))
+        return self.level.at(jnp.where(of_position(self.frame), u, 0.0))
 
     def jet(self, u: Ray) -> Jet:
         """Its jet there, which does not change along directions."""
-        place = _places(self.frame)
+        place = of_position(self.frame)
         jet = self.level.jet(jnp.where(place, u, 0.0))
         gradient = jnp.where(place, jet.gradient, 0.0)
         hessian = jnp.where(place & place[:, None], jet.hessian, 0.0)
         return Jet(jet.value, gradient, hessian, self.frame)
 
 
-def _places(frame: Frame) -> np.ndarray:
+def of_position(frame: Frame) -> np.ndarray:
     """Which coordinates are of position."""
     return np.array([i not in frame.directions for i in range(frame.dims)])

@@ -124,8 +124,8 @@ def irradiance(
     itself neither shines nor hides there, so that nothing may be outside and the sky must be 0.
     Where two edges are in line derivatives are one-sided. The unit of length does not matter:
     lengths may be 1e-30 to 1e30 in single precision, in which edges within 1e-5 of each other may
-    be taken for one: of random scenes one in ten thousand is off by some 1e-5 for each radiance of
-    1 W/(m^2 sr).
+    be taken for one: of random scenes one in ten thousand is off by 3e-5 to 4e-5 times the largest
+    radiance.
 
     Args:
         scene: shapes and sky.

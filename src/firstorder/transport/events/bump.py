@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import equinox as eqx
 import jax.numpy as jnp
 
@@ -9,7 +11,7 @@ from firstorder.conventions import Frame, to_global, to_local
 from firstorder.fields._coerce import field_or_fields
 from firstorder.fields.field import Edge, Field
 from firstorder.fields.jet import Jet
-from firstorder.laws._one_sided import inherited_edges, still
+from firstorder.laws._one_sided import inherited_edges, of_position, still
 from firstorder.laws.base import Law
 from firstorder.laws.warp import Map, Warp
 from firstorder.transport.event import Event, require_frame
@@ -77,7 +79,7 @@ class _Tilt(Map):
     def derivatives(self, u: Ray):
         """`n_x` in the Jacobian, `n_xx` in the second derivatives: no directions, but time."""
         size, sign = u.size, to_local(0.0, 1.0) if self.back else to_global(0.0, 1.0)
-        place = jnp.array([i not in self.frame.directions for i in range(size)])
+        place = of_position(self.frame)
         J, second = jnp.eye(size, dtype=u.dtype), jnp.zeros((size,) * 3, u.dtype)
         for i, n in zip(self.frame.directions, self._normals(u), strict=True):
             J = J.at[i].add(sign * jnp.where(place, n.gradient, 0.0))
@@ -86,13 +88,13 @@ class _Tilt(Map):
 
     def jumps(self, f: Field) -> tuple[Edge, ...]:
         """Creases: edges of the normals, across which the light is seen in another frame."""
-        found = []
-        for i, n in enumerate(self.normals):
 
-            def turned(smooth: Field, i: int = i) -> Field:
-                normals = (*self.normals[:i], smooth, *self.normals[i + 1 :])
-                return Warp(_Tilt(normals, self.frame, self.back))(f)
+        def turned(i: int, smooth: Field) -> Field:
+            normals = (*self.normals[:i], smooth, *self.normals[i + 1 :])
+            return Warp(_Tilt(normals, self.frame, self.back))(f)
 
-            for e in inherited_edges(n, turned):
-                found.append(Edge(still(e.level, self.frame), e.jump))
-        return tuple(found)
+        return tuple(
+            Edge(still(e.level, self.frame), e.jump)
+            for i, n in enumerate(self.normals)
+            for e in inherited_edges(n, partial(turned, i))
+        )

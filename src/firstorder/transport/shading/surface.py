@@ -223,19 +223,18 @@ class ReflectedField(Field):
         bare = Multiply(self._on(reflectance, None))
         painted = () if texture is None else texture.edges()
         of_paint = tuple(Edge(e.level, bare(e.jump)) for e in painted)
-        creases = tuple(
-            Edge(still(e.level, self.frame), e.jump)
-            for e in inherited_edges(
-                self.surface.normal,
-                lambda n: ReflectedField(self.light, Surface(n, reflectance, texture), self.nodes),
-            )
+        turned = inherited_edges(
+            self.surface.normal, lambda n: self._on(reflectance, texture, normal=n)
         )
+        creases = tuple(Edge(still(e.level, self.frame), e.jump) for e in turned)
         return of_light + of_lobes + of_paint + creases
 
-    def _on(self, reflectance, texture: Field | None) -> "ReflectedField":
-        """Reflection of the light by another material."""
-        surface = Surface(self.surface.normal, reflectance, texture)
-        return ReflectedField(self.light, surface, self.nodes)
+    def _on(
+        self, reflectance, texture: Field | None, normal: Field | None = None
+    ) -> "ReflectedField":
+        """Reflection of the light by another material, and maybe another shape."""
+        shape = self.surface.normal if normal is None else normal
+        return ReflectedField(self.light, Surface(shape, reflectance, texture), self.nodes)
 
     def entries(self, x: Scalar, theta: Scalar) -> Entries:
         """The jet as six numbers."""
