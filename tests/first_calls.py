@@ -21,8 +21,9 @@ from firstorder.fields import BoxProfile, GaussianProfile, Separable, gaussian
 from firstorder.flatland import library
 from firstorder.flatland.bounces import Discretization, solve_radiosity
 from firstorder.imaging import Lamp, shading
+from firstorder.laws import Integrate
 from firstorder.space.azimuthal import irradiance_by_azimuth
-from firstorder.transport import Curvature, Mirror, Reflection
+from firstorder.transport import Cosine, Curvature, Mirror, Reflection
 
 Call = tuple[Callable[..., Any], tuple]
 
@@ -77,6 +78,14 @@ def lamp_ball_box():
     )
 
 
+def light_of_a_line():
+    """Irradiance along a floor as a field: the light field of a lamp and a disc, integrated."""
+    lamp = flatland.primitive(flatland.Segments((0.5, 1.0), (-0.5, 1.0)), emission=1.0)
+    disc = flatland.primitive(flatland.Circles((0.1, 0.5), 0.2))
+    light = flatland.light_field(flatland.Scene.of(lamp, disc), flatland.Receiver((0.0, 0.0), 0.0))
+    return Integrate("theta", -0.5 * math.pi, 0.5 * math.pi, 24)(Cosine()(light))
+
+
 def lit_in_space(scene, at, step):
     """Irradiance of a receiver after a step."""
     return space.irradiance(scene, at.moved(step))
@@ -126,7 +135,7 @@ def calls() -> dict[str, Call]:
     in_space = lamp_ball_box(), space.Receiver.at((0.1, 0.2, 0.0)), jnp.array([0.1, 0.02])
     in_flatland = jnp.asarray(0.3), jnp.asarray(0.1)
     scene, at, _ = in_space
-    light = path()
+    light, on_line = path(), light_of_a_line()
     field = space.light_field(scene, space.Receiver.at((0.1, 0.2, 0.0)))
     camera = imaging.pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.4), gamma=2.4)
     lamp = Lamp((-1.0, -1.5, 2.5), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0), 8.0, 5, True)
@@ -139,6 +148,7 @@ def calls() -> dict[str, Call]:
         "flatland Hessian": (jax.hessian(lit_by_segment, (0, 1)), in_flatland),
         "scene_d E": (room, in_flatland[:1]),
         "scene_d E''": (jax.grad(jax.grad(room)), in_flatland[:1]),
+        "flatland light field, integrated, jet": (type(on_line).jet, (on_line, jnp.array([0.3]))),
         "flatland radiosity": (type(solved).irradiance, (solved, on_floor)),
         "space E": (lit_in_space, in_space),
         "space gradient": (jax.grad(lit_in_space, 2), in_space),

@@ -20,6 +20,7 @@ MOST = {
     "flatland Hessian": 1534,
     "scene_d E": 1358,
     "scene_d E''": 1860,
+    "flatland light field, integrated, jet": 3105,
     "flatland radiosity": 2646,
     "space E": 1132,
     "space gradient": 1442,

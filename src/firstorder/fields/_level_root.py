@@ -18,8 +18,8 @@ def root_between(
 ) -> tuple[Scalar, Array]:
     """The place at which a level is zero, and whether there is one; if there is none, `upper`.
 
-    By bisection, which is blind to derivatives, and then by Newton steps, each of which carries one
-    more derivative.
+    By bisection and Newton steps, all blind to derivatives; those of the root `t(p)` of
+    `level(t, p)` are those of the implicit function, `dt/dp = -level_p / level_t`.
 
     Args:
         level: with at most one zero in between.
@@ -31,20 +31,37 @@ def root_between(
     epsilon = 4.0 * jnp.finfo(lower.dtype).eps * (abs(lower) + abs(upper))
     epsilon = epsilon * jnp.sign(upper - lower)
     a, b = jax.lax.stop_gradient((lower + epsilon, upper - epsilon))
-    sign = jax.lax.stop_gradient(jnp.sign(level(b)))
-    met = jax.lax.stop_gradient(level(a)) * sign < 0
+    # Traced once; `read` is what it reads from outside and may be differentiated by.
+    of, read = jax.closure_convert(level, a)
+    still = jax.lax.stop_gradient(read)
+    t, met, smooth = _found(lambda t: of(t, *still), a, b)
+    t = jax.lax.custom_root(
+        lambda s: jnp.where(smooth, of(s, *read), s - t),
+        t,
+        lambda f, t: t,
+        lambda slope, value: value / slope(jnp.ones_like(value)),
+    )
+    return jnp.where(met, t, upper), met
+
+
+def _found(level: Callable[[Scalar], Scalar], a: Scalar, b: Scalar) -> tuple[Array, Array, Array]:
+    """The root, whether there is one, and whether the level passes through zero there smoothly."""
+    sign = jnp.sign(level(b))
+    met, most = level(a) * sign < 0, 1e-3 * abs(b - a)
 
     def halve(_, ends):
         a, b = ends
         middle = 0.5 * (a + b)
-        right = jax.lax.stop_gradient(level(middle)) * sign > 0
+        right = level(middle) * sign > 0
         return jnp.where(right, a, middle), jnp.where(right, middle, b)
 
-    a, b = jax.lax.fori_loop(0, BISECTIONS, halve, (a, b))
-    t = jax.lax.stop_gradient(0.5 * (a + b))
-    for _ in range(NEWTON):
+    def polish(_, found):
+        t, _ = found
         value, slope = jax.value_and_grad(level)(t)
         # The bisected root is nearly right: a step that is not small is that of a level that jumps.
-        goes = met & (slope != 0) & (abs(value) <= 1e-3 * abs(slope * (upper - lower)))
-        t = t - jnp.where(goes, value, 0.0) / jnp.where(goes, slope, 1.0)
-    return jnp.where(met, t, upper), met
+        smooth = met & (slope != 0) & (abs(value) <= most * abs(slope))
+        return t - jnp.where(smooth, value, 0.0) / jnp.where(smooth, slope, 1.0), smooth
+
+    a, b = jax.lax.fori_loop(0, BISECTIONS, halve, (a, b))
+    t, smooth = jax.lax.fori_loop(0, NEWTON, polish, (0.5 * (a + b), met))
+    return t, met, smooth

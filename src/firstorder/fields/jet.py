@@ -105,5 +105,10 @@ def autodiff_jet(function, u: ArrayLike, frame: Frame) -> Jet:
         [6.0, 1.0]
     """
     u = as_float(u)
-    value, gradient = jax.value_and_grad(function)(u)
-    return Jet(value, gradient, jax.hessian(function)(u), frame)
+
+    def slope(u):
+        value, gradient = jax.value_and_grad(function)(u)
+        return gradient, (value, gradient)
+
+    hessian, (value, gradient) = jax.jacfwd(slope, has_aux=True)(u)
+    return Jet(value, gradient, hessian, frame)

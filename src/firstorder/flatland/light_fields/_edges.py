@@ -19,7 +19,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from firstorder.conventions import Frame, direction
+from firstorder.conventions import Frame
 from firstorder.fields.field import Affine, Edge, Field
 from firstorder.fields.jet import Jet, autodiff_jet
 from firstorder.flatland.light_fields.field import LightField, facing
@@ -161,9 +161,10 @@ class LimbLevel(Field):
     sign: float = eqx.field(static=True)
     frame: Frame = eqx.field(static=True)
 
-    def _unit(self, p: Point) -> Point:
-        c, s = jnp.cos(self.lean), jnp.sin(self.lean)
-        return jnp.stack([c * p[0] + s * p[1], c * p[1] - s * p[0]]) / self.semi
+    def _unit(self, x: Scalar, y: Scalar) -> tuple[Scalar, Scalar]:
+        """A vector in the frame of the unit circle; by components, which are fewer operations."""
+        c, s, (first, second) = jnp.cos(self.lean), jnp.sin(self.lean), jnp.unstack(self.semi)
+        return (c * x + s * y) / first, (c * y - s * x) / second
 
     def at(self, u: Ray) -> Scalar:
         """How far the ray passes the limb by, on its counter-clockwise side [1/m].
@@ -171,15 +172,16 @@ class LimbLevel(Field):
         For a circle that is the distance in metres over the radius squared, and in slopes times
         `sqrt(1 + v^2)`. It is 1 where there is no limb.
         """
-        one = jnp.ones_like(u[1])
-        d = self._unit(jnp.stack([-u[1], one]) if self.frame.uses_slopes else direction(u[1]))
-        gap = jnp.stack([self.a - self.sign * u[0], self.h * one])
-        to = self._unit(gap)
-        U, ahead, size = cross_2d(to, d), dot_2d(to, d) > 0.0, jnp.sqrt(dot_2d(d, d))
-        square = dot_2d(to, to)
+        x, v = jnp.unstack(u)
+        along = (-v, jnp.ones_like(v)) if self.frame.uses_slopes else (-jnp.sin(v), jnp.cos(v))
+        dx, dy = self._unit(*along)
+        gap = self.a - self.sign * x
+        px, py = self._unit(gap, self.h)
+        U, ahead, size = px * dy - py * dx, px * dx + py * dy > 0.0, jnp.sqrt(dx * dx + dy * dy)
+        square = px * px + py * py
         away = square > 1.0
         reach = jnp.sqrt(jnp.where(away, square, 1.0)) * size
-        right = jnp.where(self.h >= 0.0, U, gap[0]) >= 0.0
+        right = jnp.where(self.h >= 0.0, U, gap) >= 0.0
         U = jnp.where(ahead, U, jnp.where(right, reach, -reach))
         return jnp.where(away & ~self.own, U - self.side * size, 1.0)
 
