@@ -2,7 +2,8 @@
 
 A table of equations; of seconds of processor time for tracing, for compiling, and for the first
 answer of a second process (imports left out), which finds in the cache what the first one has
-compiled; and of the time of a later call. All on one core. The number of equations is the same on
+compiled; and of the time of a later call. What is quick is of a session that was started with
+`optimize=False`. All on one core. The number of equations is the same on
 every machine, and `tests/test_first_call.py` keeps it from growing.
 
 The last table that was kept is `benchmarks/first_calls.md`, and a new one is printed beside it as
@@ -20,9 +21,17 @@ import numpy as np
 from benchmarks.one_core import answer, best, pinned
 
 KEPT = pathlib.Path(__file__).with_name("first_calls.md")
-COLUMNS = ("equations", "trace [s]", "compile [s]", "second process [s]", "later call [us]")
+COLUMNS = (
+    "equations",
+    "trace [s]",
+    "compile [s]",
+    "second process [s]",
+    "later call [us]",
+    "quick compile [s]",
+    "quick, later [us]",
+)
 CALLS = 50
-COLD, WARM, KEEP = "cold", "warm", "keep"
+COLD, QUICK, WARM, KEEP = "cold", "quick", "warm", "keep"
 
 
 # --- in a process of its own ---------------------------------------------------------------------
@@ -70,18 +79,19 @@ def first_answers():
 
 def table():
     """Rows of numbers in the order of COLUMNS, by name."""
-    rows = answer(__file__, COLD)
+    rows, quick = answer(__file__, COLD), answer(__file__, QUICK)
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(2):
             again = answer(__file__, WARM, folder)
-    return {name: (*row[:3], again[name], row[3]) for name, row in rows.items()}
+    return {name: (*row[:3], again[name], row[3], *quick[name][2:]) for name, row in rows.items()}
 
 
 def markdown(rows):
     """The table as text."""
     lines = ["| | " + " | ".join(COLUMNS) + " |", "|---|" + "--:|" * len(COLUMNS)]
-    for name, (count, *seconds, later) in rows.items():
-        words = f"{count:,}", *(f"{t:.2f}" for t in seconds), f"{later:,.1f}"
+    for name, (count, *numbers) in rows.items():
+        units = zip(numbers, COLUMNS[1:], strict=True)
+        words = f"{count:,}", *(f"{t:.2f}" if "[s]" in unit else f"{t:,.1f}" for t, unit in units)
         lines.append(f"| {name} | " + " | ".join(words) + " |")
     return "\n".join(lines) + "\n"
 
@@ -112,8 +122,8 @@ if __name__ == "__main__":
     role = sys.argv[1]
     if role == KEEP:
         KEPT.write_text(markdown(table()))
-    elif role == COLD:
-        pinned(1)
+    elif role in (COLD, QUICK):
+        pinned(1, optimize=role == COLD)
         print(json.dumps(cold()))
     else:
         pinned(1, cache=sys.argv[2])

@@ -21,12 +21,12 @@ def best(run, *args, repeats=5):
     return min(times)
 
 
-def pinned(cores, cache="off"):
+def pinned(cores, cache="off", optimize=True):
     """Keeps this process on some cores; before JAX starts. Double precision."""
     os.sched_setaffinity(0, set(sorted(os.sched_getaffinity(0))[:cores]))
     from firstorder import session
 
-    session.start(cache=cache)
+    session.start(cache=cache, optimize=optimize)
 
 
 def answer(file, *words, **environment):

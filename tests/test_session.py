@@ -163,12 +163,12 @@ def test_sums_of_broadcast_products_are_right():
 def test_flags_that_are_given_stay(monkeypatch):
     monkeypatch.setattr("jaxlib.__version__", "0.11.1")
     monkeypatch.setenv("XLA_FLAGS", "--xla_a=1")
-    session._compile_soundly()
-    session._compile_soundly()
+    for _ in range(2):
+        session._give(session._missing(optimize=True))
     assert os.environ["XLA_FLAGS"] == f"--xla_a=1 {session.flags_of('0.11.1')[0]}"
     own = "--xla_cpu_experimental_ynn_fusion_type=reduce"
     monkeypatch.setenv("XLA_FLAGS", own)
-    session._compile_soundly()
+    session._give(session._missing(optimize=True))
     assert os.environ["XLA_FLAGS"] == own
 
 
@@ -176,8 +176,35 @@ def test_flags_that_are_given_stay(monkeypatch):
 def test_versions_that_want_no_flag_get_none(monkeypatch, version):
     monkeypatch.setattr("jaxlib.__version__", version)
     monkeypatch.delenv("XLA_FLAGS", raising=False)
-    session._compile_soundly()
+    session._give(session._missing(optimize=True))
     assert "XLA_FLAGS" not in os.environ
+
+
+QUICK = """
+import os, sys
+from firstorder import session
+session.start(cache="off", optimize=False)
+import jax
+assert jax.jit(lambda x: x * 3.0)(2.0) == 6.0
+print(os.environ["XLA_FLAGS"])
+"""
+
+
+@pytest.mark.parametrize(("given", "level"), [("", "0"), ("1", "1")])
+def test_a_program_may_compile_without_optimisation(given, level):
+    flag = session.EFFORT
+    environment = os.environ | {"XLA_FLAGS": f"{flag}={given}" if given else ""}
+    done = subprocess.run(
+        [sys.executable, "-c", QUICK], capture_output=True, text=True, env=environment
+    )
+    assert [f for f in done.stdout.split() if flag in f] == [f"{flag}={level}"], done.stderr
+
+
+def test_a_level_that_comes_too_late_is_said(tmp_path, monkeypatch):
+    assert float(jnp.ones(())) == 1.0  # JAX runs
+    monkeypatch.setenv("XLA_FLAGS", " ".join(session.flags_of(jaxlib.__version__)))
+    with pytest.warns(UserWarning, match="too late for the flag .*level=0 that compiles without"):
+        session.start(cache=tmp_path, optimize=False)
 
 
 def test_importing_the_library_sets_no_flag():

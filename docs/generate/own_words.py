@@ -38,7 +38,8 @@ def _first_calls() -> str:
         "The first call of a function traces and compiles it; later calls run. Equations are those "
         "of the program that is traced, and no machine changes them; seconds are processor time of "
         "one core with an empty cache, in float64. A second process finds the program in the "
-        f"cache and traces it again. The table is printed by {script}."
+        "cache and traces it again. What is quick is of a session that was started with "
+        f"`optimize=False`. The table is printed by {script}."
     )
     table = (md.ROOT / "benchmarks/first_calls.md").read_text(encoding="utf-8")
     return md.page("What first calls cost", words, table)

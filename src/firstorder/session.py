@@ -40,8 +40,13 @@ FLAGS = (
     ("--xla_cpu_parallel_codegen_split_count", "1", (0, 8), (0, 11, 1)),
 )
 
+# How hard XLA works on what it compiles, which every version knows; 3 unless a program says else.
+EFFORT = "--xla_backend_optimization_level"
 
-def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> Path | None:
+
+def start(
+    *, x64: bool = True, cache: str | os.PathLike[str] | None = None, optimize: bool = True
+) -> Path | None:
     """Turns on float64, a sound and quick compiler, and the cache of compiled functions.
 
     jaxlib 0.10.2 to 0.12 return wrong sums on CPUs unless a flag is set (`XLA_FLAGS`), and read it
@@ -59,6 +64,9 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
     that a second run of the same program starts at once. Several processes may share one folder,
     each may be killed at any time, and deleting the folder is always safe.
 
+    To look around, `optimize=False` compiles without optimisation: a first answer of a new kind is
+    there in half the time, and later ones take longer (`benchmarks/first_calls.md` has both).
+
     Valid when: called before the first array is made, as arrays keep the precision they were made
     with. Wrong when: called by a library, as the flags are global to the process.
 
@@ -67,6 +75,8 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
         cache: the folder for compiled functions, or "off" for none. Left out, it is
             `$FIRSTORDER_CACHE`, which may be "off" too, or else the folder `firstorder/jax` in
             the user's cache folder (`$XDG_CACHE_HOME`, or else `~/.cache`).
+        optimize: False compiles on CPUs without optimisation, from the first use of a device to
+            the end of the process; a level that `XLA_FLAGS` gives is kept.
 
     Returns:
         The folder in use; None if it is off, or cannot be written, which costs time only.
@@ -78,8 +88,9 @@ def start(*, x64: bool = True, cache: str | os.PathLike[str] | None = None) -> P
         >>> jnp.asarray(1.0).dtype
         dtype('float64')
     """
-    _warn_of_what_was_before(x64)
-    _compile_soundly()
+    missing = _missing(optimize)
+    _warn_of_what_was_before(x64, missing)
+    _give(missing)
     _keep_whole()
     _collect_seldom()
     _started.append(x64)
@@ -171,8 +182,8 @@ def _doubles() -> bool:
     return jax.dtypes.canonicalize_dtype(float) == "float64"
 
 
-def _warn_of_what_was_before(x64: bool) -> None:
-    """Warns of arrays that keep float32 although others will be float64, and of a flag too late.
+def _warn_of_what_was_before(x64: bool, missing: list[str]) -> None:
+    """Warns of arrays that keep float32 although others will be float64, and of flags too late.
 
     To ask for arrays wakes the devices, which some programs have yet to set up: so only if they are
     awake. JAX says that inside of itself alone; where it does not, nothing is warned of.
@@ -191,25 +202,30 @@ def _warn_of_what_was_before(x64: bool) -> None:
             "the first lines of the program.",
             stacklevel=3,
         )
-    if any(flag.startswith(SOUND) for flag in _missing()) and jax.default_backend() == "cpu":
-        warnings.warn(
-            f"JAX already ran before session.start(), too late for the flag {SOUND}= that keeps "
-            "this jaxlib from wrong sums: call it first, or set XLA_FLAGS.",
-            stacklevel=3,
-        )
+    late = {flag.partition("=")[0] for flag in missing if jax.default_backend() == "cpu"}
+    for name, value, use in (
+        (SOUND, "", "keeps this jaxlib from wrong sums"),
+        (EFFORT, "0", "compiles without optimisation"),
+    ):
+        if name in late:
+            warnings.warn(
+                f"JAX already ran before session.start(), too late for the flag {name}={value} "
+                f"that {use}: call it first, or set XLA_FLAGS.",
+                stacklevel=3,
+            )
 
 
-def _compile_soundly() -> None:
-    """Adds to the flags that XLA reads those of this version that are not given."""
-    if more := _missing():
-        flags = os.environ.get("XLA_FLAGS", "")
-        os.environ["XLA_FLAGS"] = " ".join([flags, *more]).strip()
-
-
-def _missing() -> list[str]:
-    """Flags of this version that nobody has given."""
+def _missing(optimize: bool) -> list[str]:
+    """Flags of this version, and of a compiler that is to be quick, that nobody has given."""
+    flags = flags_of(jaxlib.__version__) + ([] if optimize else [f"{EFFORT}=0"])
     given = os.environ.get("XLA_FLAGS", "")
-    return [flag for flag in flags_of(jaxlib.__version__) if flag.split("=")[0] not in given]
+    return [flag for flag in flags if flag.partition("=")[0] not in given]
+
+
+def _give(flags: list[str]) -> None:
+    """Adds to the flags that XLA reads."""
+    if flags:
+        os.environ["XLA_FLAGS"] = " ".join([os.environ.get("XLA_FLAGS", ""), *flags]).strip()
 
 
 def flags_of(version: str) -> list[str]:
