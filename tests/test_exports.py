@@ -155,7 +155,7 @@ HOST = {
     "space.library.scene_names",
     "numerics.host_blocks",  # a loop of the host over a compiled function
     "numerics._batching.host_rows",  # the same for one block
-    "numerics._morton.morton",  # an order of points for tables of NumPy
+    "numerics._order.morton",  # an order of points for tables of NumPy
     # Differences between pixels of finished pictures, and what scales a picture by its own mean.
     "bandwidth.pixel_differences",
     "bandwidth.sampling_density",

@@ -27,14 +27,17 @@ class Cosines(NamedTuple):
         wave = -np.sin(2.0 * np.pi * x @ self.k.T + self.phase) * self.a
         return 2.0 * np.pi * wave @ self.k
 
-    def hessian(self, x):
+    def curvature(self, x):
+        """The larger eigenvalue of the Hessian, without its sign."""
         wave = -np.cos(2.0 * np.pi * x @ self.k.T + self.phase) * self.a
-        return (2.0 * np.pi) ** 2 * np.einsum("...n,ni,nj->...ij", wave, self.k, self.k)
+        kx, ky = self.k.T
+        xx, xy, yy = np.moveaxis(wave @ np.stack([kx * kx, kx * ky, ky * ky], -1), -1, 0)
+        return 2.0 * np.pi**2 * (np.abs(xx + yy) + np.hypot(xx - yy, 2.0 * xy))
 
     def numbers(self, x):
         """Largest height, slope and curvature at places, and root mean squares of the first two."""
         h, m = self.height(x), np.linalg.norm(self.slope(x), axis=-1)
-        bent = np.abs(np.linalg.eigvalsh(self.hessian(x))).max()
+        bent = self.curvature(x).max()
         return np.abs(h).max(), m.max(), bent, np.sqrt(np.mean(h**2)), np.sqrt(np.mean(m**2))
 
 
@@ -46,13 +49,14 @@ def to_eye(view, azimuth):
 
 def met(u, relief, e):
     """Where on the base the eye's ray through u ends, by bisection in the height."""
-    V, most = e[:2] / e[2], np.sum(np.abs(relief.a))
-    high, low = (np.full(u.shape[:-1], sign * most) for sign in (1.0, -1.0))
+    V, half = e[:2] / e[2], np.sum(np.abs(relief.a))
+    middle = np.zeros(u.shape[:-1])
+    phase, turns = 2.0 * np.pi * u @ relief.k.T + relief.phase, 2.0 * np.pi * relief.k @ V
     for _ in range(60):
-        middle = 0.5 * (high + low)
-        over = middle > relief.height(u + middle[..., None] * V)
-        high, low = np.where(over, middle, high), np.where(over, low, middle)
-    return u + (0.5 * (high + low))[..., None] * V
+        half *= 0.5
+        height = np.cos(phase + middle[..., None] * turns) @ relief.a
+        middle += np.copysign(half, height - middle)
+    return u + middle[..., None] * V
 
 
 def mirrored(slope, e):

@@ -1,5 +1,7 @@
 """Bounds of what stands for relief of any shape, against rays that meet it in space one by one."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -63,9 +65,16 @@ def numbers(periods, relief, balanced=False):
     )
 
 
-def lights(periods, relief, e, replaced, bands, rng):
+@functools.cache
+def with_numbers(count, seed, balanced=False):
+    """Each of the patterns, and what the bounds are told of it."""
+    found = patterns(count, seed, balanced)
+    return [(*pattern, numbers(*pattern[:2], balanced)) for pattern in found]
+
+
+def lights(true, replaced, bands, rng):
     """Pairs of frequencies up to the cutoffs: the ones along which rays are farthest apart."""
-    (x, w), (x0, w0) = (by(rays.cell(periods, PLACES), relief, e) for by in (rays.traced, replaced))
+    (x, w), (x0, w0) = true, replaced
     turn, move = (w - w0).reshape(-1, 3), (x - x0).reshape(-1, 2)
     worst = np.argmax(
         bands[0] * np.linalg.norm(turn, axis=-1) + bands[1] * np.linalg.norm(move, axis=-1)
@@ -85,15 +94,13 @@ def unit(a):
 )
 def test_no_ray_in_space_errs_by_more_than_the_bound(error, replaced, over):
     rng, ratios = np.random.default_rng(1), []
-    for periods, relief, e, at, bands in patterns(60, 2):
-        found = float(error(numbers(periods, relief), *bands, **at))
+    for periods, relief, e, at, bands, shape in with_numbers(60, 2):
+        found = float(error(shape, *bands, **at))
         u = rays.cell(periods, PLACES)
+        true, other = rays.traced(u, relief, e), replaced(u, relief, e)
         measured = max(
-            np.abs(
-                rays.wave(rays.traced(u, relief, e), *pair)
-                - rays.wave(replaced(u, relief, e), *pair)
-            ).max()
-            for pair in lights(periods, relief, e, replaced, bands, rng)
+            np.abs(rays.wave(true, *pair) - rays.wave(other, *pair)).max()
+            for pair in lights(true, other, bands, rng)
         )
         assert measured <= found * (1.0 + 1e-9)
         if found < 0.5:  # beyond, a chord is shorter than its arc
@@ -110,11 +117,10 @@ def test_no_pixel_in_space_errs_by_more_than_the_bound_of_a_brdf(balanced, over)
         width = rng.uniform(0.1, 0.5) / float(jnp.minimum(shape.frequency, shape.frequency_across))
         found = float(brdf_shape_error(shape, *bands, width=width, **at))
         u = rays.cell(periods, PLACES)
-        measured = 0.0
-        for Omega_x, Omega in lights(periods, relief, e, rays.flat, bands, rng):
-            light = rays.wave(rays.traced(u, relief, e), Omega_x, Omega)
-            light = light * np.exp(-2j * np.pi * u @ Omega_x)
-            mean = rays.wave(rays.traced(u, relief, e), 0.0 * Omega_x, Omega).mean()
+        true, measured = rays.traced(u, relief, e), 0.0
+        for Omega_x, Omega in lights(true, rays.flat(u, relief, e), bands, rng):
+            light = rays.wave(true, Omega_x, Omega) * np.exp(-2j * np.pi * u @ Omega_x)
+            mean = rays.wave(true, 0.0 * Omega_x, Omega).mean()
             measured = max(measured, rays.pixels(light, periods, Omega_x, width, mean))
         assert measured <= found * (1.0 + 1e-9) + 1e-12
         if 1e-6 < found < 0.5:
@@ -222,8 +228,7 @@ def test_relief_that_is_not_balanced_errs_in_first_order_of_its_parallax():
 @pytest.mark.parametrize("share", [0.02, 0.3])
 def test_at_its_cutoff_each_bound_is_the_share(share, balanced):
     checked = 0
-    for periods, relief, _, at, bands in patterns(60, 6, balanced):
-        unit = numbers(periods, relief, balanced)
+    for *_, at, bands, unit in with_numbers(60, 6, balanced):
         width = 0.5 / float(jnp.minimum(unit.frequency, unit.frequency_across))
         cut = shape_cutoffs(share, unit, *bands, width=width, **at)
         assert isinstance(cut, ReliefCutoffs)

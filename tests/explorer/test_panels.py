@@ -61,7 +61,7 @@ def test_the_curves_are_the_exact_derivatives(lit):
     np.testing.assert_array_equal(lit.s[lit.on_grid], asked(crossed()).grid)
     rows = np.append(lit.on_grid[::5], np.flatnonzero(lit.jump)[1])
     at = jax.vmap(lambda s: receiver(scene, 0, s))(lit.s[rows])
-    true = jax.vmap(lambda at: derivatives(irradiance, scene, at, freedoms=("x",)))(at)
+    true = jax.jit(jax.vmap(lambda at: derivatives(irradiance, scene, at, freedoms=("x",))))(at)
     expected = np.stack([true.value, true.first, true.second], -1)
     np.testing.assert_allclose(lit.E[rows], expected, rtol=1e-9, atol=1e-9)
 
@@ -377,7 +377,8 @@ def test_twenty_moves_compile_nothing():
     assert len(crossings) > 1
     assert compilations(lambda: [everything(b) for b in boards]) == 0
     # One more part is another program, so that the count is one that can fail.
-    assert compilations(lambda: everything(handles.added(board, "strip"))) > 0
+    one = Asked(handles.added(board, "strip"))
+    assert any(compilations(lambda panel=panel: panel(one)) > 0 for panel in PANELS)
 
 
 def test_a_redraw_takes_less_than_a_tenth_of_a_second():
@@ -390,5 +391,7 @@ def test_a_redraw_takes_less_than_a_tenth_of_a_second():
         everything(moved)
         return time.process_time() - begin
 
-    # Processor time, summed over threads: other processes on the machine do not enter.
-    assert min(map(cost, range(12))) < 0.1 * slower()
+    # Processor time, summed over threads: other processes on the machine do not enter. The fastest
+    # of twelve counts, so that the first one that is fast enough will do.
+    bound = 0.1 * slower()
+    assert any(cost(k) < bound for k in range(12))

@@ -1,3 +1,5 @@
+import functools
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -9,6 +11,12 @@ from firstorder.caching.candidate_tables import gather_directions, tabulate_cand
 
 # Lit and shadowed places, the last two close to the wall and to the block's foot.
 PLACES = np.array([(0.2, 0.3), (0.7, 0.4), (0.62, 0.81), (0.45, 0.9), (0.01, 0.05), (0.56, 0.52)])
+
+
+@functools.cache
+def radiance_maps(name):
+    """What the surfaces of a box send, by radiosity."""
+    return box.case(name, box.Size(4, 4, 8, 2, 1)).maps
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +33,7 @@ def alone():
 
 @pytest.mark.parametrize("name", ["j12_box", "j12_occluder"])
 def test_the_light_is_that_of_the_boxes_radiance_maps(name, alone, beside):
-    maps = box.case(name, box.Size(4, 4, 8, 2, 1)).maps
+    maps = radiance_maps(name)
     found = alone.E if name == "j12_box" else beside.E
     # Maps of 128 x 128 cells are bilinear; that is all that tells the two apart.
     assert np.allclose(found, box.exact(maps, PLACES), rtol=2e-3)
@@ -33,7 +41,7 @@ def test_the_light_is_that_of_the_boxes_radiance_maps(name, alone, beside):
 
 @pytest.mark.parametrize("name", ["j12_box", "j12_occluder"])
 def test_hessians_and_mean_lengths_are_those_of_many_rays(name, alone, beside):
-    maps = box.case(name, box.Size(4, 4, 8, 2, 1)).maps
+    maps = radiance_maps(name)
     (floor,) = maps.scene.named("floor")
     far = PLACES[:4]  # close to a surface a few rays decide
     table = tabulate_candidates(maps, far, gather_directions(200, 600), floor)

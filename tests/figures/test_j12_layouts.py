@@ -26,7 +26,7 @@ def test_light_and_rays_of_a_layout_are_those_of_the_scene_of_fig_14(wall):
     (floor,) = scene.named("floor")
     E = by_the_wall(scene) if wall == "white" else (lambda at: irradiance(scene, at))
     s = jnp.array([0.02, 0.3, 0.8])
-    expected = jax.vmap(lambda s: E(receiver(scene, floor, s)))(s)
+    expected = jax.jit(jax.vmap(lambda s: E(receiver(scene, floor, s))))(s)
     share_of_wall = 1.0 if wall == "white" else 0.0
     found = walls._jet(SHOWN, share_of_wall, 2.0 * s)[0]
     np.testing.assert_allclose(found, expected, rtol=1e-6)
@@ -37,10 +37,17 @@ def test_light_and_rays_of_a_layout_are_those_of_the_scene_of_fig_14(wall):
 def test_light_that_a_room_reflects_is_the_radiosity_solution():
     scene = scenes.fig15()
     coarse = Discretization(4, 1e-2)
-    solution, sent = solve_radiosity(scene, fineness=coarse), rooms._reflected(scene)
-    at = jax.vmap(lambda s: receiver(scene, rooms.FLOOR, s))(jnp.array([0.1, 0.3, 0.5]))
-    found = jax.vmap(lambda at: irradiance(scene, at, radiance=sent, nodes=rooms.NODES))(at)
-    np.testing.assert_allclose(found, jax.vmap(solution.irradiance)(at), rtol=5e-3)
+    solution = solve_radiosity(scene, fineness=coarse)
+
+    @jax.jit
+    def lights(s):
+        sent = rooms._reflected(scene)
+        at = jax.vmap(lambda s: receiver(scene, rooms.FLOOR, s))(s)
+        E = jax.vmap(lambda at: irradiance(scene, at, radiance=sent, nodes=rooms.NODES))(at)
+        return E, jax.vmap(solution.irradiance)(at)
+
+    found, expected = lights(jnp.array([0.1, 0.3, 0.5]))
+    np.testing.assert_allclose(found, expected, rtol=5e-3)
 
 
 def test_random_rooms_hold_a_block_clear_of_the_walls_and_lamps_of_all_widths():

@@ -1,5 +1,7 @@
 """Terms of blocks of points: those of one point after the other, for every kind of light."""
 
+import functools
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -31,6 +33,8 @@ LIGHTS = {
 }
 
 
+@functools.cache
+@jax.jit
 def points():
     """Bumpy, curved, glossy, textured points about the floor's middle."""
     rng = np.random.default_rng(5)
@@ -42,7 +46,7 @@ def points():
     tangents = orthonormal_frame(base)[:, :, :2]
     turn = jnp.asarray(rng.normal(size=(POINTS, 3, 2)))
     x = jnp.asarray(0.3 * rng.normal(size=(POINTS, 3)))
-    point = jax.vmap(SurfacePoint)(x, tangents, about(np.asarray(base), 0.2), turn)
+    point = jax.vmap(SurfacePoint)(x, tangents, about(base, 0.2), turn)
     none = jnp.zeros((POINTS, 3, 2))
     to_eye = about(np.array([0.0, -1.0, 1.0]), 0.3)
     view = jax.vmap(PixelFootprint)(x, to_eye, jnp.ones(POINTS), none, none)
@@ -94,11 +98,14 @@ def test_a_block_has_the_terms_of_its_points(name):
 
 
 def test_without_shadows_all_nodes_above_the_shading_horizon_count():
-    at = points()
-    (diffuse, _), moved = module.light_terms(LAMP, at)
-    true = jax.vmap(
-        lambda at: lobe_radiance(LAMP, jnp.ones(25), at.point, at.view.to_eye, at.lobe)[0].value
-    )(at)
+    @jax.jit
+    def both(at):
+        def one(at):
+            return lobe_radiance(LAMP, jnp.ones(25), at.point, at.view.to_eye, at.lobe)[0].value
+
+        return module.light_terms(LAMP, at), jax.vmap(one)(at)
+
+    ((diffuse, _), moved), true = both(points())
     np.testing.assert_allclose(diffuse.value, true, rtol=1e-12)
     np.testing.assert_array_equal(moved, 0.0)
 
@@ -130,6 +137,12 @@ def test_faults_are_seen(monkeypatch, fault):
     assert apart(LIGHTS[light]) > 1e-4
 
 
+@eqx.filter_jit
+def values_and_slopes(*given):
+    both, moved = module.light_terms(*given)
+    return [t.value for t in both], [*(jax.vmap(lambda t: t.spatial)(t) for t in both), moved]
+
+
 @pytest.mark.parametrize("unit", [1e-10, 1e-9, 1e9])
 def test_the_unit_of_length_is_of_no_matter_in_single_precision(unit):
     def terms(unit):
@@ -143,9 +156,8 @@ def test_the_unit_of_length_is_of_no_matter_in_single_precision(unit):
         )
         seen = jnp.broadcast_to((jnp.arange(16) % 4 < 2) * 1.0, (POINTS, 16))
         given = as_dtype((lamp, at, seen, jnp.full((POINTS, 16), 0.4)), "float32")
-        both, moved = module.light_terms(*given)
-        spatial = [jax.vmap(lambda t: t.spatial)(t) for t in both]
-        return [*(t.value for t in both), *(unit * a for a in (*spatial, moved))]
+        values, slopes = values_and_slopes(*given)
+        return [*values, *(unit * a for a in slopes)]
 
     for a, b in zip(terms(unit), terms(1.0), strict=True):
         assert a.dtype == np.float32

@@ -41,9 +41,14 @@ def texture(index, x):
 FINISH = SurfaceMaps(bumps, albedo=texture)
 
 
-def places(dtype="float64") -> SurfaceInteraction:
+@functools.cache
+def seen_places() -> SurfaceInteraction:
     look = jax.vmap(lambda p: surface_interaction(SCENE, CAMERA, p, jnp.array(0), FINISH))
-    return as_dtype(look(jnp.asarray(PLACES)), dtype)
+    return jax.jit(look)(PLACES)
+
+
+def places(dtype="float64") -> SurfaceInteraction:
+    return as_dtype(seen_places(), dtype)
 
 
 def visibility(light, share=0.6):
@@ -52,14 +57,17 @@ def visibility(light, share=0.6):
 
 
 def fast(at, light, seen):
-    point, factors = jax.vmap(module.shading_point)(at)
-    motion = jax.vmap(module.point_motion)(at)
-    run = functools.partial(module.radiance_gradient, light)
-    return eqx.filter_jit(jax.vmap(run))(seen, point, factors, motion)
+    def one(at, seen):
+        point, factors = module.shading_point(at)
+        return module.radiance_gradient(light, seen, point, factors, module.point_motion(at))
+
+    return eqx.filter_jit(jax.vmap(one))(at, seen)
 
 
-def by_terms(at, light, seen):
+@functools.cache
+def by_terms(name):
     """The sum of both lobes' terms, as `shade_point` takes it."""
+    at, light = places(), LIGHTS[name]
 
     def one(at, seen):
         above = light.toward(at.point.position)[0] @ at.point.base_normal > 0.0
@@ -67,7 +75,7 @@ def by_terms(at, light, seen):
         slopes = (t.image_gradient(at.view, at.point) for t in terms)
         return sum(t.value for t in terms), sum(slopes)
 
-    return eqx.filter_jit(jax.vmap(one))(at, seen)
+    return eqx.filter_jit(jax.vmap(one))(at, visibility(light))
 
 
 def off(found, true) -> float:
@@ -78,10 +86,9 @@ def off(found, true) -> float:
 
 def against_terms(name, dtype="float64") -> float:
     at, light = places(dtype), as_dtype(LIGHTS[name], dtype)
-    seen = jnp.asarray(visibility(light))
-    found = fast(at, light, seen)
+    found = fast(at, light, visibility(light))
     assert all(a.dtype == dtype for a in found)
-    return off(found, by_terms(places(), LIGHTS[name], seen))
+    return off(found, by_terms(name))
 
 
 @pytest.mark.smoke
@@ -152,8 +159,9 @@ def edges_off(name, dtype="float64") -> float:
     """
     at, light = places(dtype), as_dtype(LIGHTS[name], dtype)
     seen = visibility(light).reshape(-1, *light.shape)
-    point, _ = jax.vmap(module.shading_point)(at)
-    moved = jax.vmap(module.point_motion)(at).position
+    both = eqx.filter_jit(jax.vmap(lambda at: (module.shading_point(at), module.point_motion(at))))
+    (point, _), motion = both(at)
+    moved = motion.position
     one = eqx.filter_jit(functools.partial(module.edge_radiance, light))
     found = np.zeros((len(PLACES), 2, 2))
     rows, columns = light.shape
@@ -183,7 +191,8 @@ def dense(name, seen):
         terms = shadow_edge_terms(light, seen, half, at.point, at.view.to_eye, lobe)
         return sum(terms) @ at.view.surface_D_p(at.point), above
 
-    edges, above = jax.vmap(one)(places(), jnp.asarray(seen.reshape(len(seen), -1), float))
+    seen = np.asarray(seen.reshape(len(seen), -1), float)
+    edges, above = eqx.filter_jit(jax.vmap(one))(places(), seen)
     assert np.all(above) or name == "distant"
     return np.asarray(edges)
 

@@ -1,11 +1,11 @@
-"""Sorting by one key, against NumPy's stable sort; known neighbours, against a loop."""
+"""Sorting by one key, against NumPy's stable sort; known neighbours, by a loop; Morton's curve."""
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from firstorder.numerics._order import nearest_known, order_of
+from firstorder.numerics._order import morton, nearest_known, order_of
 
 
 @pytest.mark.parametrize("n", [1, 2, 15, 16, 17, 33, 200])
@@ -60,3 +60,23 @@ def test_the_nearest_known_number_is_that_of_a_loop(n):
         found = nearest_known(jnp.asarray(a), jnp.asarray(known))
         assert np.array_equal(found[0], before)
         assert np.array_equal(found[1], after)
+
+
+def test_bits_of_the_cells_in_turns():
+    corners = [(0, 0, 0), (1024, 1024, 1024)]  # so that a cell is 1
+    cells = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (2, 3, 0), (1023, 1023, 1023)]
+    numbers = morton(np.array([*corners, *cells], float))
+    assert numbers.tolist() == [0, 2**30 - 1, 1, 2, 4, 2 + 8 + 16, 2**30 - 1]
+
+
+def test_neighbours_on_the_curve_are_near():
+    points = np.random.default_rng(0).uniform(size=(4096, 3))
+    along = points[np.argsort(morton(points))]
+    steps = np.linalg.norm(np.diff(along, axis=0), axis=1)
+    assert np.median(steps) < 0.1  # 0.66 in any order; 1 / 16 is the mean spacing
+
+
+def test_a_curve_of_points_in_one_plane_or_place():
+    flat = np.array([[0.0, 0, 5], [1, 0, 5], [0, 1, 5]])
+    assert len(set(morton(flat).tolist())) == 3
+    assert morton(np.zeros((2, 3))).tolist() == [0, 0]

@@ -17,6 +17,7 @@ from firstorder._argument_checks import (
 from firstorder._display import Module
 from firstorder.bandwidth._harmonics import check_frequency_across
 from firstorder.bandwidth._spectral_norm import spectral_norm
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._select import safe_sqrt
 from firstorder.typing import RealLike, as_float
 
@@ -150,25 +151,10 @@ class Relief(Module):
         check_finite("heights", h)
         check_shape("periods", P, (h.ndim,))
         check_positive("periods", P)
-        h = nan_unless(jnp.all(P > 0), h - jnp.mean(h))
-        f = 1.0 / P
-        rise = [_derivative(h, f, orders) for orders in np.eye(h.ndim, dtype=int)]
-        bend = [[_derivative(h, f, a + b) for a in np.eye(h.ndim, dtype=int)] for b in
-                np.eye(h.ndim, dtype=int)]  # fmt: skip
-        norm = spectral_norm if h.ndim == 2 else lambda J: jnp.abs(J[..., 0, 0])
-        steep = sum(r**2 for r in rise)
-        between = jnp.asarray([_rises_between(count) for count in h.shape]).prod()
-        fine = _derivative(h, f, np.zeros(h.ndim, int))
-        return cls(
-            between * jnp.max(jnp.abs(fine)),
-            between * safe_sqrt(jnp.max(steep)),
-            between * jnp.max(norm(jnp.moveaxis(jnp.asarray(bend), (0, 1), (-2, -1)))),
-            jnp.min(f),
-            jnp.max(f) if h.ndim == 2 else np.inf,
-            rms_height=safe_sqrt(jnp.mean(fine**2)),
-            rms_slope=safe_sqrt(jnp.mean(steep)),
-            balanced=balanced,
-        )
+        *most, f, across, rms_height, rms_slope = _numbers_of(h, P)
+        if h.ndim == 1:
+            across = np.inf
+        return cls(*most, f, across, rms_height=rms_height, rms_slope=rms_slope, balanced=balanced)
 
     @property
     def valid(self) -> Bool[Array, "..."]:
@@ -178,6 +164,29 @@ class Relief(Module):
         for number in signs:
             fine &= number >= 0
         return fine
+
+
+@compiled
+def _numbers_of(h: Array, P: Array) -> tuple[Array, ...]:
+    """Bounds and frequencies of a relief of samples, and its root mean squares."""
+    h = nan_unless(jnp.all(P > 0), h - jnp.mean(h))
+    f = 1.0 / P
+    axes = np.eye(h.ndim, dtype=int)
+    rise = [_derivative(h, f, a) for a in axes]
+    bend = [[_derivative(h, f, a + b) for a in axes] for b in axes]
+    norm = spectral_norm if h.ndim == 2 else lambda J: jnp.abs(J[..., 0, 0])
+    steep = sum(r**2 for r in rise)
+    between = jnp.asarray([_rises_between(count) for count in h.shape]).prod()
+    fine = _derivative(h, f, np.zeros(h.ndim, int))
+    return (
+        between * jnp.max(jnp.abs(fine)),
+        between * safe_sqrt(jnp.max(steep)),
+        between * jnp.max(norm(jnp.moveaxis(jnp.asarray(bend), (0, 1), (-2, -1)))),
+        jnp.min(f),
+        jnp.max(f),
+        safe_sqrt(jnp.mean(fine**2)),
+        safe_sqrt(jnp.mean(steep)),
+    )
 
 
 def _rises_between(count: int) -> float:

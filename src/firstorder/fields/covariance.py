@@ -17,7 +17,6 @@ from firstorder._argument_checks import check_shape
 from firstorder._display import Module, in_notebook
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid
-from firstorder.numerics._batching import batched
 from firstorder.typing import Matrix
 
 if TYPE_CHECKING:
@@ -57,7 +56,7 @@ def covariance_of(field: Field, grid: Grid) -> Covariance:
         >>> round(float(S.matrix[0, 0] / bell.covariance().matrix[0, 0]), 9)
         1.0
     """
-    jets = batched(field.jet)(jnp.asarray(grid.points()))
+    jets = field.jets(*np.moveaxis(np.asarray(grid.points()), -1, 0))
     g = jets.gradient.reshape(-1, len(grid.size))
     power = jnp.sum(jets.value**2)
     return Covariance(g.T @ g / (4.0 * np.pi**2 * power), field.frame)

@@ -104,11 +104,10 @@ def autodiff_jet(function, u: ArrayLike, frame: Frame) -> Jet:
         >>> jet.gradient.tolist()
         [6.0, 1.0]
     """
-    u = as_float(u)
 
-    def slope(u):
+    def first(u):
         value, gradient = jax.value_and_grad(function)(u)
         return gradient, (value, gradient)
 
-    hessian, (value, gradient) = jax.jacfwd(slope, has_aux=True)(u)
+    hessian, (value, gradient) = jax.jacfwd(first, has_aux=True)(as_float(u))
     return Jet(value, gradient, hessian, frame)

@@ -9,6 +9,7 @@ O(h^2).
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -23,6 +24,7 @@ from firstorder.fields.extent import Extent
 from firstorder.fields.field import Field
 from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Grid, SampledSpectrum, Spectrum
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._select import whole_below
 from firstorder.numerics._splines import cubic_b_spline
 from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar, as_float
@@ -255,7 +257,8 @@ def _inner_products(n: int, a: int, b: int, periodic: bool) -> np.ndarray:
     return matrix
 
 
-def _along_axes(a: Array, matrices: list[np.ndarray]) -> Array:
+@compiled
+def _along_axes(a: Array, matrices: list[Any]) -> Array:
     """Apply one matrix along every axis of `a`."""
     for i, matrix in enumerate(matrices):
         a = jnp.moveaxis(jnp.tensordot(jnp.asarray(matrix, a.dtype), a, axes=(1, i)), 0, i)

@@ -21,6 +21,7 @@ from jaxtyping import Array, Float, Int
 from firstorder._argument_checks import check_shape
 from firstorder._display import Module
 from firstorder.imaging._reflection import SurfacePoint
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._vectors import cross, dot, near_one, orthonormal_frame, unit
 from firstorder.space.meshes.triangle_mesh import Mesh, vertex_normals
 
@@ -122,11 +123,17 @@ def mesh_facets(mesh: Mesh, normals: Any = None, part: Any = None, uv: Any = Non
     """
     n = vertex_normals(mesh) if normals is None else jnp.asarray(normals)
     check_shape("normals", n, mesh.vertices.shape)
-    flat = unit(near_one(mesh.area_vectors))
-    around = n[mesh.faces]
-    none = jnp.sum(around**2, -1, keepdims=True) == 0.0
-    around = jnp.where(none, flat[:, None], around)
+    corners, around = _corners(mesh, n)
     part = np.zeros(mesh.count, np.int32) if part is None else np.asarray(part, np.int32)
     uv = jnp.zeros((mesh.count, 3, 2), n.dtype) if uv is None else jnp.asarray(uv)
     check_shape("uv", uv, (mesh.count, 3, 2))
-    return Facets(mesh.corners, around, jnp.asarray(part), uv)
+    return Facets(corners, around, jnp.asarray(part), uv)
+
+
+@compiled
+def _corners(mesh: Mesh, n: Float[Array, "v 3"]):
+    """The corners of each face, and normals at them."""
+    flat = unit(near_one(mesh.area_vectors))
+    around = n[mesh.faces]
+    none = jnp.sum(around**2, -1, keepdims=True) == 0.0
+    return mesh.corners, jnp.where(none, flat[:, None], around)

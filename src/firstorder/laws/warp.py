@@ -21,6 +21,7 @@ from firstorder.fields.jet import Jet
 from firstorder.fields.spectrum import Spectrum
 from firstorder.laws.base import Law
 from firstorder.laws.move import Move
+from firstorder.numerics._derivatives import twice
 from firstorder.numerics._small_matrices import congruence
 from firstorder.typing import ComplexScalar, Frequency, Ray, Scalar, as_float
 
@@ -41,7 +42,7 @@ class Map(Module):
         self, u: Ray
     ) -> tuple[Float[Array, " n"], Float[Array, "n n"], Float[Array, "n n n"]]:
         """`T`, `J_ik = dT_i/du_k` and `d2T_i/du_j du_k`; by autodiff unless overridden."""
-        return self(u), jax.jacfwd(self)(u), jax.jacfwd(jax.jacfwd(self))(u)
+        return twice(self, u)
 
     def folds(self, frame: Frame) -> tuple[Field, ...]:
         """Levels, in the result's frame, on which T is continuous and its derivatives are not."""

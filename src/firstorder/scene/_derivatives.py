@@ -14,13 +14,13 @@ from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._display import Module
 from firstorder._labelled import DataFrame, Dataset, derivatives_frame, derivatives_set
 from firstorder.numerics._compiled import compiled, compiled_after
+from firstorder.numerics._derivatives import twice
 from firstorder.numerics._refinement import approximated, counts_of, finer
 from firstorder.scene._words import told_derivatives
 from firstorder.typing import as_float
@@ -287,7 +287,7 @@ def derivatives(
     def value(u: Array) -> Array:
         return f(*others, at.displaced(u @ chosen), **options)
 
-    value_, gradient, hessian = _twice(value, jnp.zeros(len(names), at.position.dtype))
+    value_, gradient, hessian = twice(value, jnp.zeros(len(names), at.position.dtype))
     return Derivatives(value_, gradient, hessian, names)
 
 
@@ -305,15 +305,4 @@ def line_derivatives(f: Callable[[Array], Array], x: ArrayLike) -> Derivatives:
         (8.0, 12.0, 12.0)
     """
     x = as_float(x)
-    return Derivatives(*_twice(lambda u: f(x + u[0]), jnp.zeros(1, x.dtype)), ("x",))
-
-
-def _twice(f: Callable[[Array], Array], u: Array) -> tuple[Array, Array, Array]:
-    """Value, gradient and Hessian in one pass; the axes of the freedoms come last."""
-
-    def first(u: Array):
-        gradient, value = jax.jacfwd(lambda u: (f(u),) * 2, has_aux=True)(u)
-        return gradient, (value, gradient)
-
-    hessian, (value, gradient) = jax.jacfwd(first, has_aux=True)(u)
-    return value, gradient, hessian
+    return Derivatives(*twice(lambda u: f(x + u[0]), jnp.zeros(1, x.dtype)), ("x",))

@@ -10,28 +10,27 @@ from scipy.integrate import quad
 
 from firstorder.checks.statistics import LEVEL, chi_square, sampler_p_value, z_test_of
 from firstorder.flatland import PointLights, Scene, Segments, primitive
-from firstorder.flatland.bounces._light_sampling import (
-    density_of_shape,
-    density_of_sky,
-    lights,
-    sample_light,
-)
+from firstorder.flatland.bounces import _light_sampling as sampling
+from firstorder.flatland.bounces._light_sampling import density_of_sky
 from firstorder.sampling import estimate
 from tests.flatland.worlds import all_lights
 from tests.samplers import COUNT, biased, turn_share, uniform_p_value
 
 HERE = np.array([0.1, 0.05])
+lights = eqx.filter_jit(sampling.lights)
+sample_light = eqx.filter_jit(sampling.sample_light)
+density_of_shape = eqx.filter_jit(sampling.density_of_shape)
 
 
 @functools.cache
 def drawn(bias=None):
     """Many samples from one place, with the lights; numbers may have a biased column."""
     scene = all_lights()
-    where = eqx.filter_jit(lights)(scene)
+    where = lights(scene)
     u = np.asarray(jax.random.uniform(jax.random.key(12), (2 * COUNT, 2)))
     u = u if bias is None else biased(u, bias)
     place = jnp.broadcast_to(HERE, u.shape)
-    return where, eqx.filter_jit(sample_light)(scene, where, place, jnp.asarray(u))
+    return where, sample_light(scene, where, place, jnp.asarray(u))
 
 
 def p_values(where, found):
@@ -94,7 +93,7 @@ def test_a_direction_met_by_chance_has_the_density_with_which_it_is_sampled():
     )
     where = lights(scene)
     u = np.random.default_rng(0).uniform(0.0, 1.0, (64, 2))
-    found = eqx.filter_jit(sample_light)(scene, where, place, jnp.asarray(u))
+    found = sample_light(scene, where, place, jnp.asarray(u))
     met = np.asarray((found.on >= 0) & (found.value > 0.0))
     on, way = np.asarray(found.on)[met], (np.asarray(found.end) - HERE)[met]
     front = emission[on, 0] == np.asarray(found.value)[met]

@@ -12,7 +12,7 @@ from firstorder.checks.statistics import LEVEL, chi_square, error_slope, z_test,
 from firstorder.flatland import Circles, PointLights, Receiver, Scene, Segments, box, primitive
 from firstorder.flatland.bounces import _scatter as scattering
 from firstorder.flatland.bounces import pathtrace
-from firstorder.flatland.bounces._scatter import Surface, reflect, scatter
+from firstorder.flatland.bounces._scatter import Surface, scatter
 from firstorder.flatland.bounces.pathtrace import path_irradiance, path_radiance, tree_irradiance
 from firstorder.flatland.library._scenes import scene_b, scene_d
 from firstorder.flatland.skies import ConstantSky, GaussianSky
@@ -190,8 +190,13 @@ def test_both_ways_to_look_for_light_agree(key):
 def _around(scene, index):
     """Receivers along a shape, in the middles of 64 strata."""
     s = (jnp.arange(64) + 0.5) / 64
-    frame = jax.vmap(lambda s: scene.frame(index, s))(s)
-    return Receiver(frame.position, frame.n, jnp.full(64, index))
+    frame = _frames(scene, jnp.asarray(index), s)
+    return Receiver(frame.position, frame.n, np.full(64, index))
+
+
+@eqx.filter_jit
+def _frames(scene, index, s):
+    return jax.vmap(lambda t: scene.frame(index, t))(s)
 
 
 def _mixed():
@@ -207,8 +212,8 @@ def _mixed():
 def test_reciprocity_between_two_surfaces(key):
     """What A sends B, B sends A, past a glossy floor and a mirror: `L_A int_B E = L_B int_A E`."""
     scene = _mixed()
-    scene = eqx.tree_at(lambda s: s.points.intensity, scene, jnp.zeros(1))
-    scene = eqx.tree_at(lambda s: s.environment.radiance, scene, jnp.zeros(()))
+    dark = lambda s: (s.points.intensity, s.environment.radiance)  # noqa: E731
+    scene = eqx.tree_at(dark, scene, replace_fn=lambda a: 0.0 * a)
     sent = []
     for light, lit in ((2, 0), (0, 2)):
         emission = jnp.zeros((3, 2)).at[light, 0].set(1.0)
@@ -236,6 +241,7 @@ def test_scene_d_is_what_counted_rays_make_of_it(key):
 # --- surfaces ------------------------------------------------------------------------------------
 
 ANGLES = np.array([-1.3, -0.6, 0.0, 0.9])
+reflect = eqx.filter_jit(scattering.reflect)
 
 
 def surface(specular=0.5, exponent=7.0, albedo=0.3, mirror=0.0):
@@ -243,7 +249,7 @@ def surface(specular=0.5, exponent=7.0, albedo=0.3, mirror=0.0):
 
 
 def direction(a):
-    return jnp.sin(a), jnp.cos(a)
+    return np.sin(a), np.cos(a)
 
 
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 7.0, 200.0])
@@ -265,9 +271,9 @@ def test_surfaces_reflect_their_share_and_reciprocally(exponent):
 def test_scattered_directions_follow_their_density(key):
     """And weight times density is the BRDF times the cosine."""
     u = jax.random.uniform(key, (50_000, 3))
-    out = direction(jnp.full(50_000, 0.7))
-    m = jax.tree.map(lambda a: jnp.full(50_000, a), surface(exponent=12.0))
-    turned = scatter(m, out, u)
+    out = direction(np.full(50_000, 0.7))
+    m = jax.tree.map(lambda a: np.full(50_000, a), surface(exponent=12.0))
+    turned = eqx.filter_jit(scatter)(m, out, u)
     above = np.asarray(turned.cosine) > 0.0
     a = np.arctan2(turned.sine, turned.cosine)
     edges = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 41)

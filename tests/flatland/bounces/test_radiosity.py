@@ -310,19 +310,27 @@ FAULTS = {
 radiosity_ends = transfer._ends
 
 
-@pytest.mark.parametrize("name", FAULTS)
-def test_fault_is_noticed(name, scene_d, monkeypatch):
-    """E or E' at one receiver in the penumbra of light from the walls."""
-    attribute, twin = FAULTS[name]
-    at = jnp.asarray(0.47)
+def jet_of(solution):
+    """Light that was reflected, and its derivative, at one receiver in the penumbra."""
 
     def jet(t):
-        E = lambda t: scene_d.indirect(receiver(scene_d.scene, 0, t))  # noqa: E731
+        E = lambda t: solution.indirect(receiver(solution.scene, 0, t))  # noqa: E731
         return jnp.stack(jax.jvp(E, (t,), (jnp.ones_like(t),)))
 
-    right = np.asarray(jax.jit(jet)(at))
+    return np.asarray(jax.jit(jet)(jnp.asarray(0.47)))
+
+
+@pytest.fixture(scope="module")
+def right(scene_d):
+    return jet_of(scene_d)
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_fault_is_noticed(name, scene_d, right, monkeypatch):
+    """E or E' at one receiver in the penumbra of light from the walls."""
+    attribute, twin = FAULTS[name]
     monkeypatch.setattr(transfer, attribute, twin)
-    wrong = np.asarray(jax.jit(lambda t: jet(t))(at))
+    wrong = jet_of(scene_d)
     assert np.all(np.isfinite(wrong))
     assert np.abs(wrong - right).max() > 1e-2
 

@@ -148,6 +148,18 @@ def test_light_of_panels_and_both_derivatives_are_those_of_quadrature_in_angle(j
     assert jets[k, 2] == pytest.approx(bend, rel=1e-4, abs=1e-5)
 
 
+@jax.jit
+def gathered(hollow, panels, turn, places):
+    """Irradiance at places of the first shape, from panels that all send one."""
+
+    def one(s):
+        frame = hollow.frame(0, s)
+        even = jnp.ones((*panels.shape.shape, panels.count))
+        return panel_irradiance(hollow, panels, even, Receiver(frame.position, frame.n + turn, 0))
+
+    return jax.vmap(one)(places)
+
+
 @pytest.mark.parametrize("middle", [(3.0, -2.0), (100.0, 50.0)])
 @pytest.mark.parametrize("shape", ["circle", "ellipse", "arcs"])
 def test_within_a_hollow_shape_of_even_light_every_place_gets_it_from_all_directions(shape, middle):
@@ -163,12 +175,5 @@ def test_within_a_hollow_shape_of_even_light_every_place_gets_it_from_all_direct
     ends = np.tile([[0.0, 0.25], [0.25, 0.5], [0.5, 0.75], [0.75, 1.0]], (hollow.count, 1))
     panels = Panels(jnp.array(sheets), jnp.full(sheets.size, inside), jnp.array(ends), 4)
 
-    @jax.jit
-    @jax.vmap
-    def gathered(s):
-        frame = hollow.frame(0, s)
-        at = Receiver(frame.position, frame.n + np.pi * inside, 0)
-        return panel_irradiance(hollow, panels, jnp.ones((sheets.size, 4)), at)
-
-    E = gathered(jnp.asarray(np.random.default_rng(0).uniform(size=200)))
+    E = gathered(hollow, panels, np.pi * inside, np.random.default_rng(0).uniform(size=200))
     np.testing.assert_allclose(E, 2.0, rtol=1e-6)

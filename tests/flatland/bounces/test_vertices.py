@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from firstorder.flatland import Circles, PointLights, Scene, Segments, primitive
+from firstorder.flatland.bounces import _light_sampling as sampling
 from firstorder.flatland.bounces import _vertices as vertices
-from firstorder.flatland.bounces._light_sampling import lights
 from firstorder.flatland.bounces._scatter import Scattered, Surface, scatter
 
 UP, RIGHT = np.array([0.0, 1.0]), np.array([1.0, 0.0])
@@ -20,6 +20,7 @@ BALL = primitive(
 )
 SCENE = Scene.of(FLOOR, BALL)
 PLAN = vertices.Plan(None, jnp.array(1.0), True, scatter)
+lights = eqx.filter_jit(sampling.lights)
 meet = eqx.filter_jit(vertices.meet)
 sample = eqx.filter_jit(vertices.sampled_light)
 # Fluxes of sides, `2 L length`: both fronts, both backs.

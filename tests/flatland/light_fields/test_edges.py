@@ -249,6 +249,11 @@ def test_light_jumps_as_a_tracer_sees_it_and_so_does_its_derivative(line, frame)
     assert sizeable > 5
 
 
+@eqx.filter_jit
+def jet_of(one, u):
+    return one.jet(u)
+
+
 @pytest.mark.parametrize("R", [0.2, 30.0])
 def test_light_jumps_at_a_limb_by_that_of_the_place_that_the_sight_touches(R):
     """On a disc that is brighter towards its right; from near, a hair beside the limb is far on it.
@@ -271,6 +276,6 @@ def test_light_jumps_at_a_limb_by_that_of_the_place_that_the_sight_touches(R):
         label, value = touched(x, side)
         slope = (touched(x + h, side)[1] - touched(x - h, side)[1]) / (2.0 * h)
         assert edge.level(x, label) == pytest.approx(0.0, abs=1e-12)
-        found = edge.jump.jet(jnp.array([x, label]))
+        found = jet_of(edge.jump, np.array([x, label]))
         assert found.value == pytest.approx(value, rel=1e-9)
         np.testing.assert_allclose(found.gradient, [slope, 0.0], rtol=1e-6, atol=1e-9)

@@ -102,7 +102,18 @@ def at(line, x):
 
 
 def derivatives(f):
-    return jax.jit(lambda x: (f(x), jax.jacfwd(f)(x), jax.hessian(f)(x)))
+    """A function's value, gradient and Hessian, forward over reverse, in one program."""
+
+    def first(x):
+        value, gradient = jax.value_and_grad(f)(x)
+        return gradient, (value, gradient)
+
+    @jax.jit
+    def all_of(x):
+        hessian, (value, gradient) = jax.jacfwd(first, has_aux=True)(x)
+        return value, gradient, hessian
+
+    return all_of
 
 
 def assert_same(found, true, bound=1e-12):
@@ -159,6 +170,19 @@ def test_uneven_light_is_integrated_too():
 # --- edges ---------------------------------------------------------------------------------------
 
 
+# Edges are arguments, so that those of one kind share a program.
+@eqx.filter_jit
+def crossing_angle(edge, u, reach):
+    """Where an edge is met on a line of constant position."""
+    return edge.crossing(u, 1, -reach, reach).value
+
+
+@eqx.filter_jit
+def jumps_of(edge, rays):
+    """Jumps and their gradients."""
+    return jax.vmap(jax.value_and_grad(edge.jump.at))(rays)
+
+
 @pytest.mark.parametrize("frame", [FLATLAND, LEAVING_SLOPE])
 def test_a_jump_is_the_difference_of_both_sides_and_has_derivatives(frame):
     """Against differences: across the edge, and along it by four values of the jump itself."""
@@ -167,21 +191,18 @@ def test_a_jump_is_the_difference_of_both_sides_and_has_derivatives(frame):
     edges, x, h = f.edges(), 0.2, 1e-3
     reach = jnp.array(HORIZON if frame == FLATLAND else 8.0)
     side, values = jnp.array([0.0, 1e-9]), jax.jit(jax.vmap(f.at))
-    # Edges are arguments, so that those of one kind share a program.
-    jumps = eqx.filter_jit(lambda e, u: jax.vmap(e.jump.at)(u))
-    slopes = eqx.filter_jit(lambda e, u: jax.grad(e.jump.at)(u)[0])
-    crossing = eqx.filter_jit(lambda e, u: e.crossing(u, 1, -reach, reach).value)
     sizeable = 0
     for e in edges:
-        u = jnp.array([x, 0.0])  # a jump asks for the position alone
-        found = jumps(e, u + h * jnp.array([[k, 0.0] for k in range(-2, 3)]))
-        slope = (found[0] - 8.0 * found[1] + 8.0 * found[3] - found[4]) / (12.0 * h)
-        u = u.at[1].set(crossing(e, u))
+        u = jnp.array([x, crossing_angle(e, jnp.array([x, 0.0]), reach)])
         assert abs(u[1]) < reach
+        # A jump asks for the position alone.
+        rays = [(x + k * h, 0.0) for k in range(-2, 3)]
+        found, slopes = jumps_of(e, np.array([*rays, u]))
+        slope = (found[0] - 8.0 * found[1] + 8.0 * found[3] - found[4]) / (12.0 * h)
         low, high = values(jnp.stack([u - side, u + side]))
         assert abs(found[2] - (high - low)) < 1e-3  # a limb goes as the root of the hair
         assert e.level.at(u + side) > 0.0  # on the counter-clockwise side
-        assert abs(slopes(e, u) - slope) < 1e-7
+        assert abs(slopes[-1, 0] - slope) < 1e-7
         sizeable += abs(found[2]) > 0.1
     assert sizeable >= 5
 
@@ -226,10 +247,9 @@ def test_light_that_travels_is_the_light_of_the_far_line(frame):
     # Its edges have travelled with it.
     reach = jnp.array(1.3 if "theta" in frame.coordinates else 4.0)
 
-    def places(f):
-        return jax.jit(lambda u: [e.crossing(u, 1, -reach, reach).value for e in f.edges()])
-
-    assert_same(places(moved)(jnp.array([0.2, 0.0])), places(far)(jnp.array([0.2, 0.0])), 1e-13)
+    here = jnp.array([0.2, 0.0])
+    a, b = ([crossing_angle(e, here, reach) for e in f.edges()] for f in (moved, far))
+    assert_same(a, b, 1e-13)
 
 
 def test_light_that_leaves_a_line_arrives_at_the_one_that_faces_it():

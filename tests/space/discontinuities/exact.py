@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder.numerics._batching import host_rows
+from firstorder.numerics import host_blocks
 from firstorder.space import Receiver, irradiance, occluded
 from firstorder.space.discontinuities import visual_events_along
 
@@ -30,9 +30,12 @@ def _derivatives(scene, way, t):
 
 
 def derivatives(scene, t, way=WAY):
-    """Exact first and second derivatives along the line."""
-    way = jnp.asarray(way / np.linalg.norm(way))
-    return host_rows(lambda t: _derivatives(scene, way, t), np.asarray(t))
+    """Exact first and second derivatives along the line, by one program for all numbers of places.
+
+    It takes much longer to compile than to run.
+    """
+    way = way / np.linalg.norm(way)
+    return host_blocks(lambda t: _derivatives(scene, way, t), np.asarray(t), 64)
 
 
 def beside(scene, table, powers, order=2, way=WAY, others=()):
@@ -48,11 +51,9 @@ def beside(scene, table, powers, order=2, way=WAY, others=()):
 def beside_places(scene, x, powers, reach, order=2, way=WAY):
     """The same beside places, within four times some distances."""
     s = np.broadcast_to(reach, x.shape)[:, None] * np.array([0.5, 1.0, 2.0, 4.0])
-    sides = []
-    for side in (-1.0, 1.0):
-        values = derivatives(scene, (x[:, None] + side * s).ravel(), way)[order - 1]
-        sides.append(np.linalg.solve(s[..., None] ** powers, values.reshape(*s.shape, 1))[:, 0, 0])
-    return sides
+    t = np.stack([x[:, None] - s, x[:, None] + s])
+    values = derivatives(scene, t.ravel(), way)[order - 1].reshape(*t.shape, 1)
+    return [np.linalg.solve(s[..., None] ** powers, side)[:, 0, 0] for side in values]
 
 
 def left_over(scene, table, step=5e-4, away_from_events=1e-2, others=()):

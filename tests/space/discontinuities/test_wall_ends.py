@@ -3,6 +3,8 @@
 `derivations/space/discontinuities/walls.py` has a brute force for a column before a lamp.
 """
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -55,6 +57,11 @@ def kinks(scene, start=START, way=WAY):
     return table.take((table.kind == PLANE) & (np.abs(table.jump_E1) > 1e-5))
 
 
+@functools.cache
+def kinks_of(name):
+    return kinks(SCENES[name])
+
+
 def beyond_roots(scene, table):
     """Jumps of what E'' is without the roots that a table tells of, which must leave a jump."""
     s, powers = 1e-5 * np.arange(1.0, 6.0), 0.5 * np.arange(5.0)
@@ -68,7 +75,7 @@ def beyond_roots(scene, table):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_jumps_and_roots_are_those_of_exact_derivatives(name):
-    table = kinks(SCENES[name])
+    table = kinks_of(name)
     np.testing.assert_allclose(
         table.jump_E2, beyond_roots(SCENES[name], table), rtol=0.0, atol=2e-5
     )
@@ -77,7 +84,7 @@ def test_jumps_and_roots_are_those_of_exact_derivatives(name):
 
 def test_lines_that_end_beside_the_edges_make_no_roots():
     """The crate's upright edges lie between directions to the ends of the column's lines."""
-    inner, outer = (kinks(SCENES[f"a column before a {name}"]) for name in ("crate", "tube"))
+    inner, outer = (kinks_of(f"a column before a {name}") for name in ("crate", "tube"))
     assert not np.any(inner.root_before + inner.root_after)
     assert np.all(outer.root_before + outer.root_after != 0.0)
 
@@ -105,7 +112,7 @@ def _upright(rho, D):
 
 def test_a_line_that_is_walked_back_has_the_same_roots_in_reverse():
     scene = SCENES["things between"]
-    there, end = kinks(scene), START + REACH * WAY / np.linalg.norm(WAY)
+    there, end = kinks_of("things between"), START + REACH * WAY / np.linalg.norm(WAY)
     back = kinks(scene, start=end, way=-WAY)
     np.testing.assert_allclose(back.root_before[::-1], there.root_after, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(back.root_after[::-1], there.root_before, rtol=1e-6, atol=1e-9)
@@ -130,7 +137,7 @@ def test_they_do_not_depend_on_the_unit_of_length(size):
 
 @pytest.mark.parametrize("part", ["end_bends", "tip_bends", "lifts"])
 def test_a_part_that_is_left_out_is_seen(monkeypatch, part):
-    right = kinks(SCENES["a column before a tube"]).jump_E2
+    right = kinks_of("a column before a tube").jump_E2
     if part == "lifts":
         whole = _strips.InPlane.lifts
         monkeypatch.setattr(_strips.InPlane, part, lambda *a: 0.0 * whole(*a))
@@ -150,7 +157,7 @@ def test_a_rim_that_goes_the_other_way_is_seen(monkeypatch):
         ends = whole(*args)
         return ends._replace(v=-ends.v, m=-ends.m, q=-ends.q, height=-ends.height)
 
-    right = kinks(SCENES["a column before a tube"])
+    right = kinks_of("a column before a tube")
     monkeypatch.setattr(_plane_bends, "wall_ends", spoilt)
     other = kinks(SCENES["a column before a tube"])
     assert np.max(np.abs(other.root_after - right.root_after)) > 1e-3

@@ -62,6 +62,11 @@ SCENES = {
 
 
 @functools.cache
+def events_of(name):
+    return found(SCENES[name])
+
+
+@functools.cache
 def turns_of(name):
     """Where other things cross the outline of the tube at a place where its curvature jumps."""
     others = Scene.of(primitive(LIES), primitive(PLATE))
@@ -70,8 +75,7 @@ def turns_of(name):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_jumps_and_roots_are_those_of_exact_derivatives(name):
-    scene = SCENES[name]
-    table = found(scene)
+    scene, table = SCENES[name], events_of(name)
     touch, flat = table.kind == TOUCH, table.kind == PLANE
     bent = ~touch & ~flat
     before, after = beside(scene, table, SLOPE, order=1)
@@ -87,14 +91,14 @@ def test_jumps_and_roots_are_those_of_exact_derivatives(name):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_no_event_is_missed(name):
-    table = found(SCENES[name])
+    table = events_of(name)
     assert left_over(SCENES[name], table, step=1e-3, others=turns_of(name)) < 0.1
 
 
 def test_what_crosses_the_end_of_a_line_of_a_wall_changes_E2_fast_but_makes_no_jump():
     """The cap of the tube is seen edge-on near by, and its outline all but has a corner."""
     scene, places = SCENES["a tube behind one"], np.array(turns_of("a tube behind one"))
-    table = found(scene)
+    table = events_of("a tube behind one")
     apart = places[np.min(np.abs(places[:, None] - table.x), axis=1) > 1e-6]
     before, after = beside_places(scene, apart, JUMP, 1e-7)
     np.testing.assert_allclose(after, before, rtol=0.0, atol=1e-7)
@@ -107,7 +111,7 @@ def test_a_root_beside_the_end_of_a_line_of_a_wall_halves_beyond_a_hair():
     segment is left; the rest is a polynomial of the depth.
     """
     scene, places = SCENES["a tube behind one"], turns_of("a tube behind one")
-    table = found(scene)
+    table = events_of("a tube behind one")
     near = np.min(np.abs(places[:, None] - table.x), axis=0) < 1e-6
     table = table.take(near & (table.kind == TOUCH))
     farther, _ = beside_places(scene, table.x, ROOT, 2e-6)
@@ -116,7 +120,7 @@ def test_a_root_beside_the_end_of_a_line_of_a_wall_halves_beyond_a_hair():
 
 
 def test_every_kind_of_event_has_been_seen():
-    kinds = np.concatenate([found(scene).kind for scene in SCENES.values()])
+    kinds = np.concatenate([events_of(name).kind for name in SCENES])
     assert set(kinds) == {TOUCH, PLANE, "vertex and edge", "three edges"}
 
 
@@ -220,7 +224,7 @@ def _events(scene, at):
 
 def test_a_line_that_is_walked_back_has_its_events_in_reverse():
     scene = SCENES["one over a crate"]
-    there, end = found(scene), START + REACH * WAY / np.linalg.norm(WAY)
+    there, end = events_of("one over a crate"), START + REACH * WAY / np.linalg.norm(WAY)
     back = found(scene, start=end, way=-WAY)
     np.testing.assert_allclose(REACH - back.x[::-1], there.x, rtol=0.0, atol=1e-7)
     np.testing.assert_allclose(back.jump_E1[::-1], there.jump_E1, rtol=0.0, atol=1e-8)
@@ -263,7 +267,7 @@ def test_a_hull_taken_for_a_lens_is_seen(monkeypatch):
 
 
 def test_rims_that_are_outlines_all_round_are_seen(monkeypatch):
-    whole = len(found(SCENES["a ball behind two"]))
+    whole = len(events_of("a ball behind two"))
     monkeypatch.setattr(_rounds, "_part_of_outline", lambda *_: np.array(True))
     assert len(found(SCENES["a ball behind two"], hidden=True)) > whole
 

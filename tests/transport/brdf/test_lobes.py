@@ -1,10 +1,13 @@
+import functools
 import itertools
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 import sympy as sp
+from numpy.polynomial import legendre
 from scipy.integrate import quad
 
 from derivations.transport.brdf import lobes as derived
@@ -22,6 +25,7 @@ from firstorder.transport.brdf.lobes import (
     retro,
 )
 
+leggauss = functools.cache(legendre.leggauss)  # of a thousand nodes it takes half a second
 QUARTER = 0.5 * np.pi
 TABLE = np.exp(-0.5 * ((np.arange(21) - 10) * 0.1 / 0.2 - 0.4) ** 2)  # off-centre, hence not even
 PROFILES = {
@@ -30,6 +34,14 @@ PROFILES = {
     "cos 40": (CosinePowerProfile(40.0, weight=1.3), QUARTER),
     "table": (TabulatedProfile(TABLE, 0.1, center=0.05), 1.3),
 }
+
+
+@eqx.filter_jit
+def derivatives(profile, t):
+    """Of a profile at many angles, in one program for all profiles of a kind."""
+    return jax.vmap(profile.derivatives)(t)
+
+
 OMEGA = np.array([-1.7, -0.31, 0.0, 0.2, 0.9, 2.3])
 
 
@@ -123,14 +135,14 @@ def test_derivatives_are_those_of_the_value(name):
 
     (_, d), (slope, bend) = jax.jit(jax.vmap(both))(t)
     np.testing.assert_allclose(d, slope, rtol=1e-11, atol=1e-12)
-    np.testing.assert_allclose(jax.vmap(profile.derivatives)(t)[2], bend, rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(derivatives(profile, t)[2], bend, rtol=1e-11, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["cos 1", "cos 2.5", "cos 40"])
 def test_spread_is_the_second_moment_of_the_power_spectrum(name):
     profile, _ = PROFILES[name]
-    t, w = np.polynomial.legendre.leggauss(200)
-    p, d, _ = jax.vmap(profile.derivatives)(jnp.asarray(QUARTER * t))
+    t, w = leggauss(200)
+    p, d, _ = derivatives(profile, QUARTER * t)
     want = np.sum(w * d**2) / (4.0 * np.pi**2 * np.sum(w * p**2))
     np.testing.assert_allclose(profile.spread(), want, rtol=1e-6)  # 2.5: cos^3 has no closed rule
 
@@ -188,12 +200,18 @@ def test_a_rigid_rotation_changes_no_argument():
 def test_no_nan_at_the_ends_of_a_cosine_power(s):
     lobe = CosinePowerProfile(s)
     ends = jnp.array([-QUARTER, QUARTER, QUARTER * (1 + 1e-15), 2.0, np.nextafter(QUARTER, 0.0)])
-    for column in jax.vmap(lobe.derivatives)(ends):
+    for column in derivatives(lobe, ends):
         assert np.all(np.isfinite(column))
-    slopes = jax.vmap(jax.grad(lambda t: lobe.derivatives(t)[0]))(ends)
-    by_s = jax.grad(lambda s: CosinePowerProfile(s).derivatives(jnp.asarray(QUARTER))[0])(s)
+    slopes, by_s = slopes_of_a_power(s, ends)
     assert np.all(np.isfinite(slopes))
     assert np.isfinite(by_s)
+
+
+@jax.jit
+def slopes_of_a_power(s, t):
+    """By the angle at each t, and by the power at the end."""
+    slopes = jax.vmap(jax.grad(lambda t: CosinePowerProfile(s).derivatives(t)[0]))(t)
+    return slopes, jax.grad(lambda s: CosinePowerProfile(s).derivatives(jnp.asarray(QUARTER))[0])(s)
 
 
 def test_a_transform_has_no_nan_at_its_zeros():
@@ -219,25 +237,29 @@ def test_a_transform_has_no_nan_at_its_zeros():
 def test_sharp_cosine_powers_have_transforms(dtype, s, close):
     lobe = jax.tree.map(lambda a: a.astype(dtype), CosinePowerProfile(s))
     Omega = np.array([0.0, 0.3, 0.1 * np.sqrt(s), (1.0 + 0.5 * s) / np.pi, 2.3 + s / 6.0])
-    t, w = np.polynomial.legendre.leggauss(1000)
+    t, w = leggauss(1000)
     t, w = t * float(lobe.half_width()), w * np.cos(t * float(lobe.half_width())) ** s
     want = np.cos(2.0 * np.pi * Omega[:, None] * t) @ w / w.sum()
+    found, slopes = transforms_of_powers(Omega.astype(dtype), np.full(Omega.shape, s, dtype))
+    np.testing.assert_allclose(found, want, rtol=0.0, atol=close)
+    assert np.all(np.isfinite(slopes))
 
+
+@jax.jit
+@jax.vmap
+def transforms_of_powers(Omega, s):
     def value(Omega, s):
         return CosinePowerProfile(s).transform(Omega)
 
-    rays = jnp.asarray(Omega, dtype), jnp.full(Omega.shape, s, dtype)
-    found, slopes = jax.vmap(jax.value_and_grad(value, (0, 1)))(*rays)
-    np.testing.assert_allclose(found, want, rtol=0.0, atol=close)
-    assert np.all(np.isfinite(slopes))
+    return jax.value_and_grad(value, (0, 1))(Omega, s)
 
 
 @pytest.mark.parametrize("s", [1.0, 7.3, 50.0, 1e3, 1e4])
 def test_cosine_powers_are_normalised_in_single_precision(s):
     lobe = jax.tree.map(lambda a: a.astype(jnp.float32), CosinePowerProfile(s))
-    t, w = np.polynomial.legendre.leggauss(200)
+    t, w = leggauss(200)
     h = float(lobe.half_width())
-    p = np.asarray(jax.vmap(lobe.derivatives)(jnp.asarray(h * t, jnp.float32))[0], float)
+    p = np.asarray(derivatives(lobe, np.asarray(h * t, np.float32))[0], float)
     assert abs(h * np.sum(w * p) - 1.0) < 1e-6
 
 

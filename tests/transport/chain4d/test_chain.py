@@ -1,5 +1,6 @@
 import functools
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -98,7 +99,7 @@ def test_covariance_and_spectrum_of_the_whole_chain_are_those_of_its_samples():
     samples, grid = sampled()
     path = light() >> ROUNDED.chain()
     chain = path.covariances[-1]
-    measured = covariance_of_samples(jnp.asarray(samples), grid, chain.frame)
+    measured = eqx.filter_jit(covariance_of_samples)(jnp.asarray(samples), grid, chain.frame)
     assert normwise(chain.matrix, measured.matrix) < 1e-6
     Omega = ([0.0, 0.8], [-0.5], [0.4, -0.6], [0.3])
     F = discrete_transform(jnp.asarray(samples), grid, *map(jnp.asarray, Omega))

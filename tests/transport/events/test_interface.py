@@ -1,3 +1,4 @@
+import functools
 import itertools
 
 import equinox as eqx
@@ -169,11 +170,17 @@ def test_beyond_the_last_refracted_angle_the_map_goes_on_with_slope_one(eta, las
             np.testing.assert_allclose(a, b, rtol=1e-12)
 
 
+@functools.cache
+def fine_rule():
+    """Two seconds of work."""
+    return np.polynomial.legendre.leggauss(2000)
+
+
 @pytest.mark.parametrize(("eta", "bound"), [(0.7, 1e-12), (1.5, 1e-5)])
 def test_what_is_refracted_is_blurred_as_by_a_fine_sum(eta, bound):
     """Into the denser medium the map is as steep as a root at the last angle."""
     last, sigma, theta = np.arcsin(min(1.0, 1.0 / eta)), 0.2, 0.9
-    x, w = np.polynomial.legendre.leggauss(2000)
+    x, w = fine_rule()
     truth = 0.0
     for low, high in itertools.pairwise((-2.5, -last, last, 2.5)):
         # By sin: the root is smooth in the new variable.

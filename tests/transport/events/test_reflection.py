@@ -215,8 +215,9 @@ def test_a_pixel_over_two_materials_sees_their_edge_move():
     ends = np.linspace(-1.0, 1.0, 20001)
     x, v = 0.5 * (ends[1:] + ends[:-1]), np.array([[0.101], [0.099]])
     sums = 2.0 * jnp.mean(Move([[1.0, 0.5], [0.0, 1.0]])(seen)(x, v), axis=1)
-    np.testing.assert_allclose(pixel.jets(0.1).value, jnp.mean(sums), rtol=1e-6)
-    np.testing.assert_allclose(pixel.jets(0.1).gradient[0], (sums[0] - sums[1]) / 0.002, rtol=0.02)
+    jet = pixel.jets(0.1)
+    np.testing.assert_allclose(jet.value, jnp.mean(sums), rtol=1e-6)
+    np.testing.assert_allclose(jet.gradient[0], (sums[0] - sums[1]) / 0.002, rtol=0.02)
 
 
 def test_a_blend_turns_about_one_axis():

@@ -138,10 +138,15 @@ def _curve(scene: Scene, at: Receiver, steps) -> np.ndarray:
     return host_rows(lambda p: _many(irradiance, scene, p, at.n, at.on), positions, 4)
 
 
+@eqx.filter_jit
+def _silhouettes(scene: Scene, at: Receiver):
+    points, valid = scene.silhouettes(at.position, at.on)
+    return points, valid, jax.vmap(lambda p: local_angle(at, p))(points)
+
+
 def _rough(scene: Scene, at: Receiver) -> tuple[float, float, float]:
     """Magnitudes for rounding where the 50 digits refuse: every silhouette counts as a light's."""
-    points, valid = scene.silhouettes(at.position, at.on)
-    angles = jax.vmap(lambda p: local_angle(at, p))(points)
+    points, valid, angles = _silhouettes(scene, at)
     shown = np.asarray(valid) & (np.abs(np.asarray(angles)) < HORIZON)
     far = np.linalg.norm(np.asarray(points) - np.asarray(at.position), axis=-1)[shown]
     L = float(jnp.max(scene.material.emission, initial=0.0))

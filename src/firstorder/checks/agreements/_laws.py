@@ -12,6 +12,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from firstorder.checks.agreements._record import Found
 from firstorder.checks.tolerance import rounding
@@ -22,8 +23,10 @@ from firstorder.flatland.light_fields.field import light_field
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import HORIZON, Receiver
 from firstorder.laws import Integrate, Multiply
+from firstorder.numerics._batching import host_blocks
 
 NODES = 32  # in each piece between silhouettes
+PLACES = 128  # along a line that are asked at a time, by one program for lines of any length
 SERIES = 96  # harmonics of the light field along each axis
 OPERATIONS = 400  # roundings: both one-sided limits of every panel enter
 
@@ -51,10 +54,10 @@ def by_laws(scene: Scene, at: Receiver, scales) -> tuple[Found, ...]:
     """
     refuse_points(scene)
     x = jnp.zeros(1)
-    fine = np.asarray(_jets(Integrate, _cosine, scene, at, x, NODES))[:, 0]
+    fine = np.asarray(_jets(Integrate, _cosine, scene, at, x, NODES))[0]
     coarse = fine
     if scene.environment is not None:
-        coarse = np.asarray(_jets(Integrate, _cosine, scene, at, x, NODES // 2))[:, 0]
+        coarse = np.asarray(_jets(Integrate, _cosine, scene, at, x, NODES // 2))[0]
     return tuple(
         Found(float(v), float(abs(v - w) + rounding(OPERATIONS) * s))
         for v, w, s in zip(fine, coarse, scales, strict=True)
@@ -64,7 +67,7 @@ def by_laws(scene: Scene, at: Receiver, scales) -> tuple[Found, ...]:
 def jets_along(scene: Scene, at: Receiver, x: np.ndarray) -> np.ndarray:
     """E, E' and E'' by the same laws at places x along the tangent: three rows."""
     refuse_points(scene)
-    return np.asarray(_jets(Integrate, _cosine, scene, at, jnp.asarray(x), NODES))
+    return host_blocks(lambda x: _jets(Integrate, _cosine, scene, at, x, NODES), x, PLACES).T
 
 
 def windowed_along(
@@ -72,11 +75,14 @@ def windowed_along(
 ) -> np.ndarray:
     """`int L(x, v) exp(-v^2 / (2 sigma^2) - 2 pi i Omega v) dv` by the same laws, in slopes."""
     refuse_points(scene)
-    parts = [
-        np.asarray(_windowed(Integrate, _wave, scene, at, jnp.asarray(x), sigma, Omega, phase))
-        for phase in (0.0, 0.25)
-    ]
-    return parts[0] - 1j * parts[1]
+
+    def part(phase: Array) -> np.ndarray:
+        numbers = sigma, Omega, phase
+        ask = lambda x: _windowed(Integrate, _wave, scene, at, x, *numbers)  # noqa: E731
+        return host_blocks(ask, x, PLACES)
+
+    # The phase is an array, so that one program does for both.
+    return part(jnp.asarray(0.0)) - 1j * part(jnp.asarray(0.25))
 
 
 def by_series(
@@ -129,7 +135,7 @@ def _jets(law, cosine, scene: Scene, at: Receiver, x, nodes: int):
         jet = E.jet(x[None])
         return jnp.stack([jet.value, jet.gradient[0], jet.hessian[0, 0]])
 
-    return jax.vmap(one, out_axes=1)(x)
+    return jax.vmap(one)(x)
 
 
 @eqx.filter_jit

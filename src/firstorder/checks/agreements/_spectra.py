@@ -41,7 +41,7 @@ from firstorder.flatland.direct_lighting import (
 from firstorder.flatland.light_fields.field import light_field
 from firstorder.flatland.scene import Scene
 from firstorder.flatland.visible import Receiver
-from firstorder.numerics._batching import host_rows
+from firstorder.numerics._batching import host_blocks
 from firstorder.scene._derivatives import derivatives
 from firstorder.shadowfield import power_spectrum
 
@@ -188,7 +188,7 @@ def _checked(scene: Scene, ask: Callable):
 
 
 class Line:
-    """Light along the receiver's tangent, by exact intervals; compiled for few lengths."""
+    """Light along the receiver's tangent, by exact intervals; compiled once."""
 
     def __init__(self, scene: Scene, at: Receiver):
         """Keep both."""
@@ -196,23 +196,25 @@ class Line:
 
     def irradiances(self, x: np.ndarray) -> np.ndarray:
         """E."""
-        return host_rows(lambda p: _values(irradiance, self.scene, self.at, p), self._places(x))
+        return self._each(lambda p: _values(irradiance, self.scene, self.at, p), x)
 
     def derivatives(self, x: np.ndarray) -> np.ndarray:
         """E and E', two rows."""
-        return host_rows(lambda p: _slopes(irradiance, self.scene, self.at, p), self._places(x)).T
+        return self._each(lambda p: _slopes(irradiance, self.scene, self.at, p), x).T
 
     def lit(self, x: np.ndarray) -> np.ndarray:
         """Irradiance from the point lights alone."""
-        return host_rows(lambda p: _lit(self.scene, self.at, p), self._places(x))
+        return self._each(lambda p: _lit(self.scene, self.at, p), x)
 
     def sensed(self, x: np.ndarray, window: Window) -> np.ndarray:
         """`int L(x, v) g(v / sigma_v) exp(-2 pi i Omega_v v) dv`."""
         numbers = window.sigma_v, window.Omega[1]
-        return host_rows(
-            lambda p: _sensed(weighted_irradiance, self.scene, self.at, p, *numbers),
-            self._places(x),
+        return self._each(
+            lambda p: _sensed(weighted_irradiance, self.scene, self.at, p, *numbers), x
         )
+
+    def _each(self, ask: Callable, x: np.ndarray) -> np.ndarray:
+        return host_blocks(ask, self._places(x), laws.PLACES)
 
     def _places(self, x):
         return np.asarray(self.at.position) + np.asarray(x)[:, None] * np.asarray(self.at.tangent)

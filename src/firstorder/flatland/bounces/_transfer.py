@@ -38,7 +38,7 @@ def panel_irradiance(
     """
     scene, at, _ = _in_own_unit(scene, at)
     scene, here = jax.lax.stop_gradient((scene, at))
-    gaps = _gaps(scene, panels, at if moving else here)
+    gaps = _gaps(scene, panels, at if moving else here, moving)
     whole = _whole(panels, gaps)
     s, w = panels.rule()
     E = jnp.sum(_panel_light(scene, panels, at, s, w, L, whole))
@@ -65,7 +65,7 @@ class _Gaps(Module):
     panel: Int[Array, "g 2"]
 
 
-def _gaps(scene: Scene, panels: Panels, at: Receiver) -> _Gaps:
+def _gaps(scene: Scene, panels: Panels, at: Receiver, moving: bool) -> _Gaps:
     fixed, first, seams = jax.lax.stop_gradient(at), 0, []
     for group in scene.groups:  # a closed shape is cut where its parameter starts again
         if group.closed:
@@ -120,6 +120,8 @@ def _gaps(scene: Scene, panels: Panels, at: Receiver) -> _Gaps:
     span = jnp.stack(snapped, -1)
     wide = (width > 256.0 * eps) & (span[:, 1] > span[:, 0]) & ~grazing
     valid = (seen.seen >= 0) & ok & here0 & here1 & wide
+    if not moving:
+        return _Gaps(shape, sheet, span, jnp.zeros_like(span), valid, panel)
     angles = jnp.stack([jnp.where(front, low, high), jnp.where(front, high, low)], -1)
     both = jax.vmap(_moved, (None, None, 0, 0, None, None, None))
     moved = jax.vmap(both, (None, 0, 0, 0, None, None, 0))(

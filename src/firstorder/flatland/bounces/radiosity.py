@@ -103,6 +103,7 @@ class RadiositySolution(Module):
         E = _balanced(scene, self.panels, self.gather, _Direct(self.direct))
         return eqx.tree_at(lambda s: (s.scene, s.E), self, (scene, E))
 
+    @compiled
     @by_band()
     def flux(self) -> tuple[Float[Array, "*bands"], Float[Array, "*bands"]]:
         """Flux that lights and surfaces emit, and flux that surfaces absorb [W].

@@ -64,11 +64,12 @@ def frames(scene, index, s):
 
 def radiance_on_host(scene: Scene, radiance: Radiance | None):
     """Radiance of many points, on the host."""
+    if radiance is None:
+        emission = np.asarray(scene.material.emission)
+        return lambda index, s, front, u: emission[index, np.where(front, FRONT, BACK)]
 
     @eqx.filter_jit
     def sent(scene, index, s, front, u):
-        if radiance is None:
-            return scene.material.emission[index, jnp.where(front, FRONT, BACK)]
         return jax.vmap(radiance)(index, s, front, u)
 
     def ask(index, s, front, u):

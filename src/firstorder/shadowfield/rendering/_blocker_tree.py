@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from firstorder.numerics._morton import morton
 from firstorder.numerics._native import native
+from firstorder.numerics._order import morton
 from firstorder.shadowfield.rendering._culling import ROUNDING
 
 LEAF = 8  # places

@@ -17,7 +17,6 @@ from firstorder.space.discontinuities._lines_of_sight import (
     VertexEdges,
     apart_above,
     meeting,
-    merged,
     no_triples,
     quadratic_roots,
     taken,
@@ -133,18 +132,28 @@ def round_triples_along(edges: Edges, rounds: Rounds, at: Receiver, along, reach
     A line from the place t through the point s of the edge meets another edge, or touches a body,
     where a polynomial of second degree in t and in s is zero.
     """
-    found = [(np.zeros(0), no_triples())]
     triples = edge_triples_with_bodies(edges, rounds), edges_with_two_bodies(edges, rounds)
+    found = []
     for triple in np.concatenate(triples):
         edge, *others = triple
         conditions = [_condition(edges, rounds, at, along * reach, edge, i) for i in others]
         t, s = _common_roots(*conditions)
         place = np.asarray(at.position) + t[:, None] * reach * along
         point = edges.start[edge] + s[:, None] * edges.along[edge]
-        numbers = np.broadcast_to(triple, (len(t), 3))
-        rows, there = triples_at(edges, rounds, at, place, unit(point - place), numbers)
-        found.append((reach * t[there], taken(rows, there)))
-    return np.concatenate([t for t, _ in found]), merged([rows for _, rows in found])
+        found.append((t, place, unit(point - place), np.broadcast_to(triple, (len(t), 3))))
+    return _that_are_there(edges, rounds, at, reach, found)
+
+
+def _that_are_there(edges: Edges, rounds: Rounds, at: Receiver, reach, found):
+    """How far along those lines of sight are that pass all of their outlines, and a table of them.
+
+    Of each triple `found` has shares of the receivers' line, places, directions and numbers.
+    """
+    if not found:
+        return np.zeros(0), no_triples()
+    t, place, u, numbers = (np.concatenate(a) for a in zip(*found, strict=True))
+    rows, there = triples_at(edges, rounds, at, place, u, numbers)
+    return reach * t[there], taken(rows, there)
 
 
 def triples_at(
@@ -201,7 +210,7 @@ def three_rounds_along(edges: Edges, rounds: Rounds, at: Receiver, along, reach)
     Those of two bodies are zero on the outline of the third, by the place and by an angle about it.
     They are looked for on a grid.
     """
-    found, count = [(np.zeros(0), no_triples())], len(edges.ends)
+    found, count = [], len(edges.ends)
     for triple in three_bodies(edges, rounds):
         first, *others = (rounds.take(i) for i in triple - count)
         axis = _axis(first, np.asarray(at.position) + np.array([[0.0], [1.0]]) * along * reach)
@@ -216,10 +225,8 @@ def three_rounds_along(edges: Edges, rounds: Rounds, at: Receiver, along, reach)
 
         t, angle = _common_zeros(both)
         place, u = places_ways(t, angle)
-        numbers = np.broadcast_to(triple, (len(t), 3))
-        rows, there = triples_at(edges, rounds, at, place, u, numbers)
-        found.append((reach * t[there], taken(rows, there)))
-    return np.concatenate([t for t, _ in found]), merged([rows for _, rows in found])
+        found.append((t, place, u, np.broadcast_to(triple, (len(t), 3))))
+    return _that_are_there(edges, rounds, at, reach, found)
 
 
 def three_bodies(edges: Edges, rounds: Rounds) -> np.ndarray:
@@ -250,10 +257,11 @@ def _common_zeros(both) -> tuple[np.ndarray, np.ndarray]:
     t = t[:-1, :-1][cell] + 0.5 / PLACES
     angle = angle[:-1, :-1][cell] + np.pi / ANGLES
     h = 1e-6
+    steps = h * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])[..., None]  # none, and one of each
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for _ in range(20):
-            value = both(t, angle)
-            J = np.stack([both(t + h, angle) - value, both(t, angle + h) - value], -1) / h
+            value, *beside = np.moveaxis(both(t + steps[0], angle + steps[1]), 1, 0)
+            J = np.stack([each - value for each in beside], -1) / h
             det = J[0, :, 0] * J[1, :, 1] - J[0, :, 1] * J[1, :, 0]
             t = t - (value[0] * J[1, :, 1] - value[1] * J[0, :, 1]) / det
             angle = angle - (value[1] * J[0, :, 0] - value[0] * J[1, :, 0]) / det

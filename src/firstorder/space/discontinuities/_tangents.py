@@ -189,11 +189,13 @@ class CommonPlanes(NamedTuple):
         b, c = frame_across(self.axis)
         out = np.cos(angle)[..., None] * b + np.sin(angle)[..., None] * c
         between = self.second.center - self.first.center
+        ahead, aside = self.axis @ between, out @ between
+        one, other = (_half_towards(body, self.axis, out) for body in (self.first, self.second))
         low, high = np.zeros(np.shape(angle)), np.full(np.shape(angle), np.pi)
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            n = np.cos(middle)[..., None] * self.axis + np.sin(middle)[..., None] * out
-            apart = n @ between - _half(self.first, n) + side * _half(self.second, n)
+            cos, sin = np.cos(middle), np.sin(middle)
+            apart = cos * ahead + sin * aside - one(cos, sin) + side * other(cos, sin)
             low, high = np.where(apart > 0.0, middle, low), np.where(apart > 0.0, high, middle)
         return np.cos(low)[..., None] * self.axis + np.sin(low)[..., None] * out
 
@@ -220,6 +222,15 @@ def common_planes(rounds: Rounds):
 def _half(body: Rounds, n) -> Any:
     """How far a body reaches from its middle along unit vectors [m]."""
     return np.sqrt(np.maximum(form(body.spread, n), 0.0))
+
+
+def _half_towards(body: Rounds, axis, out):
+    """The same along `cos * axis + sin * out`, of a cosine and a sine."""
+    S = body.spread
+    along, mixed, across = form(S, axis), 2.0 * form(S, axis, out), form(S, out)
+    return lambda cos, sin: np.sqrt(
+        np.maximum(cos * cos * along + cos * sin * mixed + sin * sin * across, 0.0)
+    )
 
 
 def _support(body: Rounds, n) -> np.ndarray:

@@ -15,6 +15,7 @@ from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_finite, check_shape, is_concrete
 from firstorder._display import Module
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import cross, dot, near_one, norm, unit
 from firstorder.typing import as_float
@@ -189,6 +190,7 @@ def _since(fresh: np.ndarray) -> np.ndarray:
     return place - np.maximum.accumulate(np.where(fresh, place, 0))
 
 
+@compiled
 def vertex_normals(mesh: Mesh) -> Float[Array, "v 3"]:
     """A unit normal for each vertex, from the faces around it.
 

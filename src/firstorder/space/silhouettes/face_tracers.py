@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from firstorder.numerics._morton import morton
+from firstorder.numerics._order import morton
 from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh
 
 _RUN = 64  # faces that lie together, which are tested for one ray, or none of them
