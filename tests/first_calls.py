@@ -91,6 +91,15 @@ def lit_in_space(scene, at, step):
     return space.irradiance(scene, at.moved(step))
 
 
+def light_of_slopes():
+    """The light field of a lamp and a ball on a floor, integrated over one slope."""
+    lamp = space.rectangle((0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0))
+    ball = space.primitive(space.sphere((0.1, 0.05, 1.0), 0.2), albedo=0.5)
+    scene = space.Scene.of(space.primitive(lamp, emission=1.0), ball)
+    light = space.light_field(scene, space.Receiver.at((0.1, 0.2, 0.0)), axis="w")
+    return Integrate("w", -3.0, 3.0, 16)(light)
+
+
 def five_derivatives(scene, at):
     """Value, gradient and Hessian by all freedoms."""
     return space.derivatives(space.irradiance, scene, at)
@@ -135,7 +144,7 @@ def calls() -> dict[str, Call]:
     in_space = lamp_ball_box(), space.Receiver.at((0.1, 0.2, 0.0)), jnp.array([0.1, 0.02])
     in_flatland = jnp.asarray(0.3), jnp.asarray(0.1)
     scene, at, _ = in_space
-    light, on_line = path(), light_of_a_line()
+    light, on_line, in_slopes = path(), light_of_a_line(), light_of_slopes()
     field = space.light_field(scene, space.Receiver.at((0.1, 0.2, 0.0)))
     camera = imaging.pinhole((0.0, -4.0, 2.0), (0.0, 0.0, 0.4), gamma=2.4)
     lamp = Lamp((-1.0, -1.5, 2.5), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0), 8.0, 5, True)
@@ -155,6 +164,7 @@ def calls() -> dict[str, Call]:
         "space Hessian": (jax.hessian(lit_in_space, 2), in_space),
         "space derivatives": (five_derivatives, (scene, at)),
         "space light field, jet": (type(field).jet, (field, jnp.array([0.0, 0.0, 0.1, 0.1]))),
+        "space light field, integrated, jet": (type(in_slopes).jet, (in_slopes, jnp.zeros(3))),
         "azimuth integral": (irradiance_by_azimuth, (scene, at)),
         "path, jet": (type(light).jet, (light, jnp.array([0.3, -0.1]))),
         "path, spectrum": (lambda light, Omega: light.spectrum().at(Omega), (light, jnp.ones(2))),

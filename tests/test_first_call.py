@@ -27,6 +27,7 @@ MOST = {
     "space Hessian": 2863,
     "space derivatives": 2709,
     "space light field, jet": 1411,
+    "space light field, integrated, jet": 4149,
     "azimuth integral": 5814,
     "path, jet": 1062,
     "path, spectrum": 352,

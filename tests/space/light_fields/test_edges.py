@@ -22,7 +22,7 @@ from firstorder.space import (
     rectangle,
     triangle,
 )
-from firstorder.space.light_fields._edges import RoundLevel, StraightLevel, levels
+from firstorder.space.light_fields._edges import DISCRIMINANTS, RoundLevel, StraightLevel, levels
 
 AT = Receiver.at((0.3, -0.2, 0.1), (0.2, -0.3, 1.0))
 PLACE, AXES = np.asarray(AT.position), np.asarray(AT.axes)
@@ -228,8 +228,10 @@ def test_halves_are_passed_in_any_unit_of_length(unit, axis):
 
 def test_a_parabola_that_is_none_has_only_one_half():
     """Along the rays of a plane that holds a disc's normal, nothing bends: a square less one."""
-    level = RoundLevel(jnp.array([0.0, 0.0, 1.0]), jnp.eye(3), "wall", 2, 1)
-    flat = RoundLevel(jnp.zeros(3), jnp.zeros((3, 3)).at[0, 0].set(1.0), "disc", 1, 1)
+    level = RoundLevel(jnp.array([0.0, 0.0, 1.0]), jnp.eye(3), DISCRIMINANTS["wall"], 1, 2)
+    flat = RoundLevel(
+        jnp.zeros(3), jnp.zeros((3, 3)).at[0, 0].set(1.0), DISCRIMINANTS["disc"], 1, 1
+    )
     u = jnp.array([0.3, 0.2, 0.1, 0.4])
     np.testing.assert_allclose(level.at(u), 0.1**2 + 0.4**2 - (0.3 * 0.4 - 0.2 * 0.1) ** 2)
     assert flat.at(u) == 1.0

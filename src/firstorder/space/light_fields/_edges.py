@@ -19,7 +19,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from firstorder.conventions import SPACE_SLOPE, Frame
 from firstorder.fields.field import Affine, Field
@@ -76,23 +76,6 @@ class StraightLevel(Field):
         return Jet(self.at(u), gradient, e[2] * jnp.asarray(mixed, u.dtype), self.frame)
 
 
-def _ball(o: Array, D: Array) -> Scalar:
-    """Positive where a line meets the unit ball."""
-    side = cross(o, D)
-    return dot(D, D) - dot(side, side)
-
-
-def _wall(o: Array, D: Array) -> Scalar:
-    """Positive where a line meets the unit cylinder without ends."""
-    return D[0] ** 2 + D[1] ** 2 - (o[0] * D[1] - o[1] * D[0]) ** 2
-
-
-def _disc(o: Array, D: Array) -> Scalar:
-    """Positive where a line meets the unit disc in the plane z = 0."""
-    q = o[:2] * D[2] - o[2] * D[:2]
-    return D[2] ** 2 - q[0] ** 2 - q[1] ** 2
-
-
 class RoundLevel(Field):
     """Whether a ray meets a round shape, on the half of its outline where that rises or falls.
 
@@ -106,29 +89,30 @@ class RoundLevel(Field):
 
     Args:
         origin, axes: origin and axes of the plane in the coordinates of the canonical shape.
-        kind: discriminant of the canonical shape.
-        axis: the coordinate along which the outline is cut into halves.
+        kind: whole numbers a and b of its discriminant, one of `DISCRIMINANTS`.
         way: 1 for the half where F rises along `axis`, -1 for the other.
+        axis: the coordinate along which the outline is cut into halves.
         frame: four coordinates, positions before slopes.
     """
 
     origin: Float[Array, "3"]
     axes: Float[Array, "3 3"]
-    kind: str = eqx.field(static=True)
+    kind: Int[Array, "2 3"] = eqx.field(converter=jnp.asarray)
+    way: Int[Array, ""] = eqx.field(converter=jnp.asarray)
     axis: int = eqx.field(static=True)
-    way: int = eqx.field(static=True)
     frame: Frame = eqx.field(static=True, default=SPACE_SLOPE)
 
     def discriminant(self, u: Ray) -> Scalar:
         """F: positive where the line of the ray meets the shape."""
         t, b, n = (self.axes[:, i] for i in range(3))
-        return DISCRIMINANTS[self.kind](self.origin + u[0] * t + u[1] * b, n - u[2] * t - u[3] * b)
+        D = n - u[2] * t - u[3] * b
+        side = cross(self.origin + u[0] * t + u[1] * b, D)
+        return dot(self.kind[0] * D, D) - dot(self.kind[1] * side, side)
 
     def at(self, u: Ray) -> Scalar:
         """F or the vertex of its parabola along the axis."""
-        F = self.discriminant
         step = jnp.zeros(4, u.dtype).at[self.axis].set(self._wide())
-        here, after, before = F(u), F(u + step), F(u - step)
+        here, after, before = jax.vmap(self.discriminant)(jnp.stack([u, u + step, u - step]))
         slope, bend = 0.5 * (after - before), 0.5 * (after + before) - here
         straight = bend == 0.0
         vertex = here - slope**2 / (4.0 * jnp.where(straight, 1.0, bend))
@@ -148,7 +132,14 @@ class RoundLevel(Field):
         return autodiff_jet(self.at, u, self.frame)
 
 
-DISCRIMINANTS = {"ball": _ball, "wall": _wall, "disc": _disc}
+# A line from o along D meets a canonical shape where `a . D^2 - b . (o x D)^2` is positive, squares
+# taken by component: the unit ball, the unit cylinder without ends, the unit disc in z = 0. As
+# numbers, so that all round levels of a scene are one program.
+DISCRIMINANTS = {
+    "ball": np.array([[1, 1, 1], [1, 1, 1]]),
+    "wall": np.array([[1, 1, 0], [0, 0, 1]]),
+    "disc": np.array([[0, 0, 1], [1, 1, 0]]),
+}
 
 
 def levels(scene: Scene, plane: Receiver, frame: Frame, axis: int) -> Iterator[tuple[int, Field]]:
@@ -189,7 +180,7 @@ def _of(shape: Shape, plane: Receiver, frame: Frame, axis: int) -> Sequence[Fiel
         start, end = points @ plane.axes
         return [StraightLevel(p, q, frame) for p, q in zip(start, end, strict=True)]
     return [
-        RoundLevel(origin, axes, kind, axis, way, frame)
+        RoundLevel(origin, axes, DISCRIMINANTS[kind], way, axis, frame)
         for kind, origin, axes in _round(shape, plane)
         for way in (1, -1)
     ]
