@@ -71,12 +71,21 @@ def three(solution, index, s):
 
 def test_two_solutions_go_through_one_compiled_function():
     index, s = jnp.asarray(0), jnp.asarray([0.3])  # the floor, on which s is x
+    traced = []
+
+    @eqx.filter_jit
+    def asked(solution):
+        traced.append(solution)
+        return solution.E
+
     for albedo in (0.2, 0.4):
         solution = solve_radiosity(room(albedo), fineness=Discretization(2, 0.5))
+        asked(solution)
         E, slope, _ = three(solution, index, s)
         jet = derivatives(solution.irradiance, receiver(solution.scene, index, s[0]))
         assert jet.value == pytest.approx(float(E[0]), rel=1e-12)
         assert jet.gradient[0] == pytest.approx(float(slope[0]), rel=1e-12)
+    assert len(traced) == 1
 
 
 def test_scene_c_is_that_of_an_independent_solution_with_both_derivatives(scene_c):

@@ -37,3 +37,13 @@ def test_tables_are_put_one_behind_the_other():
     both = joined([table([3, 1]), table([0])])
     assert len(both) == 3
     assert_same(both, table([3, 1, 0]))
+
+
+def test_tables_are_equal_by_their_rows():
+    one = table([3, 1])
+    assert one == table([3, 1])
+    assert hash(one) == hash(table([3, 1]))
+    assert one != table([1, 3])
+    assert one != "a table"
+    for name in ("jump_E2", "far"):
+        assert one != dataclasses.replace(one, **{name: getattr(table([3, 2]), name)})

@@ -34,7 +34,7 @@ class IrradianceJumps(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class VisualEvents:
-    """A table of visual events, one row for each. Two tables are equal only if they are one.
+    """A table of visual events, one row for each. Two tables are equal if all their rows are.
 
     Attributes:
         receiver, s, front: the receiver's shape, the parameter on it, and which of its sides.
@@ -60,6 +60,19 @@ class VisualEvents:
 
     def __len__(self) -> int:
         return len(self.s)
+
+    # By content, so that programs over solutions of one scene in other colours are one.
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, VisualEvents) and self._content() == other._content()
+
+    def __hash__(self) -> int:
+        return hash(self._content())
+
+    def _content(self) -> tuple:
+        ends = [vars(part) for part in (self.near, self.far)]
+        columns = [v for part in (vars(self), *ends) for v in part.values()]
+        arrays = [v for v in columns if isinstance(v, np.ndarray)]
+        return tuple((a.shape, a.dtype.str, a.tobytes()) for a in arrays)
 
     def take(self, rows) -> VisualEvents:
         """Some of the rows."""
