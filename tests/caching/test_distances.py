@@ -168,12 +168,14 @@ def test_lengths_of_rays():
     t = jnp.array([[1.0, 2.0, jnp.inf], [jnp.inf, jnp.inf, jnp.inf], [0.0, 1.0, 4.0]])
     assert minimum_distance(t).tolist() == [1.0, np.inf, 0.0]
     assert harmonic_mean_distance(t).tolist() == [2.0, np.inf, 0.0]
+    assert harmonic_mean_distance(t, jnp.zeros((3, 3))).tolist() == [np.inf] * 3
 
 
 def test_lengths_have_no_nan_in_their_gradients():
     t = jnp.array([1.0, 2.0, jnp.inf])
     np.testing.assert_allclose(jax.grad(harmonic_mean_distance)(t), [4 / 3, 1 / 3, 0.0], rtol=1e-12)
     assert np.all(np.isfinite(jax.grad(harmonic_mean_distance)(jnp.array([0.0, 1.0]))))
+    assert np.all(jax.grad(harmonic_mean_distance)(t, jnp.zeros(3)) == 0.0)
     assert np.all(np.isfinite(jax.grad(split_error, (0, 1, 2))(0.0, 1.0, 0.0)))
 
 

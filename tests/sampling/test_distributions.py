@@ -121,6 +121,14 @@ def test_bad_arguments_are_one_sentence():
         Discrete([1.0, -1.0])
 
 
+def test_traced_weights_that_are_negative_give_nan():
+    found = jax.jit(lambda w: (Discrete(w).probability, Discrete(w).sample(0.5)[1]))
+    for part in found(jnp.array([1.0, -0.25, 2.0])):
+        assert np.all(np.isnan(part))
+    for part in found(jnp.array([1.0, 0.25, 2.0])):
+        assert np.all(np.isfinite(part))
+
+
 def test_of_weights_that_are_all_zero_the_first_is_taken():
     pick = Discrete([0.0, 0.0, 0.0])
     index, _ = pick.sample(jnp.array([0.0, 0.3, 0.9]))

@@ -190,13 +190,13 @@ def minimum_distance(lengths: ArrayLike) -> Float[Array, "..."]:
 def harmonic_mean_distance(
     lengths: ArrayLike, weights: ArrayLike | None = None
 ) -> Float[Array, "..."]:
-    """Harmonic mean of the lengths of rays, `sum w / sum (w / D)`; infinite where all miss.
+    """Harmonic mean of the lengths of rays, `sum w / sum (w / D)`; infinite where none hits.
 
     Args:
         lengths: of the rays, an array with these along the last axis; infinite for a miss [m].
         weights: an array of that shape: solid angle times cosine, or whatever each ray stands for,
             not negative; rays that are sampled by the cosine count alike, as they do if these are
-            left out.
+            left out. Where all are zero the mean is infinite, too.
 
     Returns:
         One length for each row of rays [m].
@@ -224,7 +224,8 @@ def harmonic_mean_distance(
         check_not_negative("weights", weights)
         w = not_negative(as_float(weights))
         touches = jnp.any((lengths == 0.0) & (w > 0.0), axis=-1)
-        mean = jnp.sum(w * inverse, axis=-1) / jnp.sum(w, axis=-1)
+        total = jnp.sum(w, axis=-1)
+        mean = jnp.sum(w * inverse, axis=-1) / jnp.where(total == 0.0, 1.0, total)
     empty = mean == 0.0
     return jnp.where(touches, 0.0, jnp.where(empty, jnp.inf, 1.0 / jnp.where(empty, 1.0, mean)))
 

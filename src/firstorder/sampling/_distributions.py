@@ -157,7 +157,8 @@ class Discrete(Module):
         weights: not negative. If all are zero, the first is always taken, with probability 0.
 
     Raises:
-        ValueError: if a weight is negative, or they are no row of at least one.
+        ValueError: if a weight is negative, which gives NaN where it is traced, or they are no row
+            of at least one.
 
     Example:
         >>> from firstorder.sampling import Discrete
@@ -178,9 +179,10 @@ class Discrete(Module):
         """Probability of each choice."""
         # In a unit of their own: the sum of weights may leave the range, and its square sooner.
         most = 1.0 / jnp.finfo(self.weights.dtype).tiny  # the compiler may divide by a reciprocal
-        shares = self.weights / jnp.minimum(power_of_two(self.weights), most)
+        weights = not_negative(self.weights)
+        shares = weights / jnp.minimum(power_of_two(weights), most)
         total = jnp.sum(shares)
-        return shares / jnp.where(total > 0.0, total, 1.0)
+        return shares / jnp.where(total == 0.0, 1.0, total)
 
     def sample(self, u: ArrayLike) -> tuple[Int[Array, "*n"], Float[Array, "*n"]]:
         """Number of the choice, and a fresh uniform number from the rest of u."""
