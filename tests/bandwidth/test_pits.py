@@ -197,6 +197,15 @@ def test_at_its_cutoff_each_bound_is_the_share(share, albedo):
         assert steep > 0.99 * share
 
 
+@pytest.mark.parametrize("across", [np.inf, 70.0])
+def test_the_more_may_err_the_coarser_are_pits_that_a_pixel_averages(across):
+    share = np.linspace(0.02, 0.98, 49)
+    given = {"width": 0.01, "albedo": 0.5, "frequency_across": across}
+    f = np.asarray(pit_cutoffs(share, 80.0, 0.7, **given).frequency)
+    assert np.all(np.diff(f) <= 0.0)
+    assert np.all(pit_brdf_error(0.0, f, 0.7, **given) <= share)
+
+
 def test_nothing_limits_pits_that_are_black_enough_or_light_that_is_alike():
     assert np.isposinf(pit_cutoffs(0.5, 80.0, 0.7, width=1.0, albedo=0.2).texture)
     assert np.isposinf(pit_cutoffs(0.1, 80.0, 0.0, width=1.0).brdf)
@@ -205,6 +214,8 @@ def test_nothing_limits_pits_that_are_black_enough_or_light_that_is_alike():
         assert np.isposinf(black.texture)
         assert np.isposinf(black.brdf)
     assert pit_cutoffs(0.1, 8.0, 0.0, width=1e-3).brdf == 0.0  # a pixel that sees each
+    for width, albedo in ((1e-3, 0.0), (1e-3, 0.2), (0.03, 0.2)):  # and one that need not
+        assert np.isposinf(pit_cutoffs(0.5, 8.0, 0.7, width=width, albedo=albedo).brdf)
     assert pit_brdf_error(1.0, 2.0, 2.0, width=1.0, albedo=0.3) == pytest.approx(0.6)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from firstorder.space import (
     Scene,
@@ -445,6 +446,32 @@ def test_the_floor_that_a_receiver_lies_on_hides_nothing():
         primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), emission=5.0), environment=1.0
     )
     np.testing.assert_allclose(irradiance(scene, receiver((0.0, 0.0, 0.0), on=0)), np.pi)
+
+
+@jax.jit
+def _ball_before_the_horizon(turn):
+    """Visibility, its gradient and irradiance of who faces a dark ball half above a dark floor."""
+    up, ahead = turn[2], turn[0]
+    scene = Scene.of(
+        primitive(sphere(2.0 * ahead, 0.6)), primitive(plane(-up, up)), environment=1.0
+    )
+    at = receiver(jnp.zeros(3), ahead)
+    moved = jax.grad(lambda p: net_visibility(scene, receiver(p, ahead)))(jnp.zeros(3))
+    swept = at.axes @ boundary_gradient(scene, at, weight=one)
+    return net_visibility(scene, at), turn @ moved, turn @ swept, irradiance(scene, at)
+
+
+def test_a_ball_hides_a_part_of_a_planes_horizon():
+    """It takes half of its solid angle from the sky, and a step up lowers it by 1 / D."""
+    turns = np.concatenate([np.eye(3)[None], Rotation.random(4, random_state=0).as_matrix()])
+    a, D = np.arcsin(0.3), 2.0
+    slope = np.sin(a) / D * np.array([-np.pi * np.tan(a), 0.0, 2.0])
+    for turn in turns:
+        V, moved, swept, E = _ball_before_the_horizon(turn)
+        np.testing.assert_allclose(V, np.pi * np.cos(a), rtol=1e-13)
+        np.testing.assert_allclose(E, 0.5 * np.pi * np.cos(a) ** 2, rtol=1e-13)
+        np.testing.assert_allclose(moved, slope, rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(swept, slope, rtol=0.0, atol=1e-12)
 
 
 # --- bad input and faults ------------------------------------------------------------------------

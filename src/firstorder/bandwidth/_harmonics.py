@@ -43,7 +43,7 @@ def averaged_from(share: Array, rows: Array | bool) -> Array:
     `2 y / (1 - y^3) <= t` for `y = q^2 = e (1 - e^3)`, `e = t / 2`, where t is `share^2` along one
     row of harmonics, and `sqrt(1 + share^2) - 1` where there are rows: `t + t + t^2 = share^2`.
     """
-    square = jnp.where((share > 0) & (share < 1), share, 0.5) ** 2
+    square = jnp.where((share > 0) & (share <= 1), share, 0.5) ** 2
     e = 0.5 * jnp.where(rows, square / (1.0 + jnp.sqrt(1.0 + square)), square)
     return jnp.sqrt(-0.25 * jnp.log(e * (1.0 - e**3))) / np.pi
 

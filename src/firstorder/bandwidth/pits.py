@@ -197,7 +197,7 @@ def pit_cutoffs(
     e, f, across, w = (as_float(a) for a in given)
     valid &= (e > 0) & (e < 1) & (f >= 0) & (across > 0) & (w > 0)
     e = over(e, rho)  # of what is sent on at all
-    left = left_by_pixel(w, Bx, f, across)
+    left = jnp.where(e < 2.0, left_by_pixel(w, Bx, f, across), 0.0)  # no error is above 2
     brdf = jnp.where(left < e, e - jnp.where(left < e, left, 0.0), 0.0)
     pixel = averaged_from(jnp.minimum(e, 1.0), jnp.isfinite(across)) / w
     found = PitCutoffs(_wide(e, Bx), _wide(brdf, Bx), Bx + pixel + 0.0 * f)

@@ -105,8 +105,9 @@ def exact_radiance(
 
     `L = L_e + albedo / pi E + specular (e + 2) / (2 pi) integral L cos(theta) cos^e(w, r) dw` with
     r the mirrored direction: a lobe that is reciprocal and reflects the share `specular` of light
-    at normal incidence. Differentiable once in everything; twice, where nothing is glossy and the
-    sky is a number.
+    at normal incidence. Differentiable once in the ray and in what reflects; what is gathered along
+    rays knows no change of what shines or hides. Where nothing is glossy and the sky is a number,
+    differentiable twice, in everything.
 
     Valid when: what is emitted is the same over each side of a shape. Light reflected elsewhere
     does not arrive here: `space.bounces.pathtrace` follows it.

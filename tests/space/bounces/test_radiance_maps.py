@@ -79,6 +79,25 @@ def test_the_middle_of_a_cell_shows_that_cell():
         assert np.all(met) if fills else np.mean(met) > 0.4, kinds[face]
 
 
+@pytest.mark.parametrize(
+    "room",
+    [
+        sphere((0.1, 0.0, 0.2), 1.0),
+        box((-1.0, -1.0, -1.0), (1.0, 1.2, 1.0)),
+        cylinder((0.0, 0.0, -1.0), (0.1, 0.0, 1.0), 1.0),
+    ],
+    ids=["ball", "box", "cylinder"],
+)
+def test_the_inside_of_a_closed_shape_sends_nothing_and_faces_who_looks(room):
+    """The maps are of its outside."""
+    scene, d = Scene.of(primitive(room)), fan(200)
+    maps = RadianceMaps(scene, jnp.ones((len(face_layout(scene).shape), 2, 2)))
+    hits = trace_maps(maps, (jnp.zeros(200),) * 3, tuple(jnp.asarray(d.T)), -1)
+    np.testing.assert_array_equal(hits.index, 0)
+    np.testing.assert_array_equal(hits.radiance, 0.0)
+    assert np.all(sum(n * a for n, a in zip(hits.normal, d.T, strict=True)) < 0.0)
+
+
 def test_finer_maps_keep_a_linear_radiance():
     scene = _scenes.j12_box()
     s = (np.arange(4) + 0.5) / 4

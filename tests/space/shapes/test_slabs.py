@@ -115,3 +115,13 @@ def test_a_ray_beside_an_edge_misses(kind, within, away):
             starts = center + edge @ turn[:, :2].T + 2.0 * turn[:, 2]
             met = first_shape(scene, starts, np.broadcast_to(-turn[:, 2], starts.shape))
             assert np.all((np.asarray(met) >= 0) == hits)
+
+
+@pytest.mark.parametrize("kind", [Rectangles, Triangles])
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_in_any_unit_of_length_a_ray_beside_an_edge_misses(kind, unit):
+    axes = jnp.diag(jnp.array([unit, unit, 1.0], jnp.float32))
+    scene = Scene.of(primitive(kind(jnp.zeros((1, 3), jnp.float32), axes[None])))
+    start = unit * jnp.array([[1.001, 0.25, 2.0], [0.5, -0.001 - (kind is Rectangles), 2.0]])
+    down = jnp.broadcast_to(jnp.array([0.0, 0.0, -1.0], jnp.float32), start.shape)
+    assert first_shape(scene, start.astype(jnp.float32), down).tolist() == [-1, -1]

@@ -101,6 +101,17 @@ def test_two_arcs_cross_in_up_to_four_directions():
         assert np.max(theirs @ p / np.linalg.norm(p)) > 1.0 - 1e-9
 
 
+@pytest.mark.parametrize("far", [1.0, 1e15])
+def test_an_arc_crosses_a_circle_about_the_eye(far):
+    """The horizon of a plane is such a circle, far away."""
+    a, b = (ROUND.point(jnp.asarray(t)) for t in (0.4, 2.9))
+    other = arc((0.0, 0.0, 0.0), far * a, far * b)
+    found = np.unique(on_cone(ROUND, other))
+    np.testing.assert_allclose(found, [0.4, 2.9], rtol=0.0, atol=1e-12)
+    aside = arc(other.center, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    assert np.unique(on_cone(ROUND, aside)).tolist() == [0.0]
+
+
 def test_crossings_of_arcs_have_two_derivatives():
     def cut(x):
         other = arc((0.0, 0.1, 4.0), (0.9, 0.3, 0.0), (-0.5, 2.2, 0.3))

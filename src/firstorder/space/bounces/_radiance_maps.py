@@ -2,8 +2,8 @@
 
 Every face of a shape has a map: one value in each cell of the square [-1, 1]^2. Canonical
 coordinates give each face its place in the square: of a box by coordinate, of a ball by height and
-azimuth, of a cylinder by azimuth and height. The backs of flat shapes and planes without end have
-no map and send nothing.
+azimuth, of a cylinder by azimuth and height. The backs of flat shapes, the insides of closed ones
+and planes without end have no map and send nothing.
 
 A ray's canonical hit is at once the place on the map, so that `trace_maps` needs no search after
 the search: it asks each shape in turn and keeps, where it is nearer, distance, face, place and
@@ -186,7 +186,8 @@ def _asked(shape: Shape, kind: str, first: Array, origin: Coordinates, along: Co
     x, y, z = (a - shape.center[i] for i, a in enumerate(origin))
     o, d = matvec_apart(turn, (x, y, z)), matvec_apart(turn, along)
     size = along[0].shape
-    place, way = (apart(a) for a in rounding_of(turn, shape.center, shape.axes))
+    lengths = shape.axes[..., : shape.spans]
+    place, way = (apart(a) for a in rounding_of(turn, shape.center, lengths))
     x, y, z = (jnp.abs(a) for a in origin)
     far = jnp.maximum(jnp.maximum(x, y), z)
     off = Rounding(tuple(a + far * b for a, b in zip(place, way, strict=True)), way)
@@ -194,10 +195,9 @@ def _asked(shape: Shape, kind: str, first: Array, origin: Coordinates, along: Co
     hit = jnp.isfinite(t) & (t > 0.0)
     x, y, z = (a + jnp.where(hit, t, 0.0) * b for a, b in zip(o, d, strict=True))
     s, up, face, n = place_on_face(kind, x, y, z)
-    if kind in FLAT:
-        front = d[2] < 0.0
-        face = jnp.where(front, face, -1)
-        n = (n[0], n[1], jnp.where(front, 1.0, -1.0))
+    front = n[0] * d[0] + n[1] * d[1] + n[2] * d[2] < 0.0
+    face, side = jnp.where(front, face, -1), jnp.where(front, 1.0, -1.0)
+    n = tuple(side * a for a in n)
     world = [turn[0, i] * n[0] + turn[1, i] * n[1] + turn[2, i] * n[2] for i in range(3)]
     length = jnp.sqrt(world[0] ** 2 + world[1] ** 2 + world[2] ** 2)
     length = jnp.where(length > 0.0, length, 1.0)

@@ -298,7 +298,7 @@ def _ball(scene: Scene) -> Ball:
 
 
 def _areas(scene: Scene, focus: Ball | None) -> Float[Array, " n"]:
-    """Surface of each shape, by which lamps are picked [m^2]; of an ellipsoid nearly, else exact.
+    """Surface of each shape, by which lamps are picked [m^2]; of flat ones exact, else nearly.
 
     What the pick is off by is made up for by the flux of each photon. A plane counts by what it
     sends through the focus, as the sky does: photons of all lights carry alike there.

@@ -193,7 +193,8 @@ def solve_radiosity(
     the first `bounces` of these. What lights emit is not in it. Of several bands rays are traced
     once.
 
-    Planes, and the backs of flat shapes, have no map: they reflect nothing here.
+    Planes, the backs of flat shapes and the insides of closed ones have no map: they reflect
+    nothing here.
 
     Args:
         scene: with rectangles as lights.

@@ -35,14 +35,14 @@ EXACT = Rounding((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 def rounding_of(
-    turn: Float[Array, "*n 3 3"], center: Float[Array, "*n 3"], axes: Float[Array, "*n 3 3"]
+    turn: Float[Array, "*n 3 3"], center: Float[Array, "*n 3"], axes: Float[Array, "*n 3 k"]
 ) -> tuple[Float[Array, "*n 3"], Float[Array, "*n 3"]]:
     """Roundings of a hit for rays that start at the origin, and of a direction.
 
     Args:
         turn: matrix that makes the shape canonical.
         center: what it takes to the origin.
-        axes: inverse of the matrix.
+        axes: those columns of its inverse that are lengths [m].
     """
     turn, center, axes = jax.lax.stop_gradient((turn, center, axes))
     size = ROUNDINGS * jnp.finfo(turn.dtype).eps * jnp.sum(jnp.abs(turn), -1)

@@ -60,6 +60,8 @@ class Shape(Module):
 
     # Whether the ray test asks for rounding, beside flat faces.
     faceted: ClassVar[bool] = True
+    # How many of the axes are lengths: the third one of what is flat is a unit normal.
+    spans: ClassVar[int] = 3
 
     center: Float[Array, "*n 3"]
     axes: Float[Array, "*n 3 3"]
@@ -134,7 +136,7 @@ class Shape(Module):
     def prepared(self) -> Prepared:
         """The shapes as searches ask for their `distance`: what depends on no ray is found once."""
         turn = inverse_3x3(self.axes)
-        place, way = rounding_of(turn, self.center, self.axes)
+        place, way = rounding_of(turn, self.center, self.axes[..., : self.spans])
         return Prepared(self.center, turn, place, way, type(self))
 
     def normal(self, point: Point) -> Point:
@@ -299,6 +301,8 @@ class Cylinders(Shape):
 
 class _Flat(Shape):
     """Base of the shapes that lie in a plane."""
+
+    spans = 2
 
     def height(self, p):
         """By the side of each plane."""

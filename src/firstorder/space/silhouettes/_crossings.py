@@ -89,6 +89,8 @@ def on_cone(arc: SilhouetteArcs, other: SilhouetteArcs) -> Float[Array, "4"]:
     silhouette. The cone of a ball that all but touches the eye is almost a plane, with a root on
     either side of where the arc goes through it. Samples all around miss such a pair; the part in
     front starts and ends between the two.
+
+    A circle about the eye, such as a plane's horizon, has no cone, but a plane that others cross.
     """
     mine = _in_coordinates_of(other, arc)
     fixed = jax.lax.stop_gradient(mine)
@@ -98,7 +100,9 @@ def on_cone(arc: SilhouetteArcs, other: SilhouetteArcs) -> Float[Array, "4"]:
     which = order_of(~found)[:MOST]
     s = jax.vmap(lambda a, b: bracketed_root(fixed, a, b))(low[which], high[which])
     s = jax.vmap(lambda s: newton(f, newton(f, s)))(s)
-    return either(found[which], _wrapped(arc.first, arc.last, TURN * s), arc.first)
+    t = either(found[which], _wrapped(arc.first, arc.last, TURN * s), arc.first)
+    level = on_plane(arc, cross(unit(other.a), unit(other.b)))
+    return either(jnp.all(other.center == 0.0), jnp.tile(level, MOST // 2), t)
 
 
 def _in_coordinates_of(other: SilhouetteArcs, arc: SilhouetteArcs) -> tuple[Vector, Vector, Vector]:
