@@ -27,6 +27,8 @@ IRRATIONAL = (
     sympy.sqrt(sympy.pi / 2),
     1 / sympy.pi**2,
 )
+_FLOATS = np.array([float(constant) for constant in IRRATIONAL])
+_PARTS = np.arange(1.0, 65.0)
 
 
 def exact(x) -> Expr:
@@ -53,12 +55,21 @@ def exact(x) -> Expr:
         fraction = Fraction(x).limit_denominator(ROUNDED)
     if _near(x, fraction):
         return sympy.Rational(fraction.numerator, fraction.denominator)
-    for constant in IRRATIONAL:
+    for constant in _that_may_divide(x):
         share = x / float(constant)
-        fraction = Fraction(share).limit_denominator(64)
+        fraction = Fraction(share).limit_denominator(len(_PARTS))
         if fraction and _near(share, fraction):
             return sympy.Rational(fraction.numerator, fraction.denominator) * constant
     return sympy.Float(x)
+
+
+def _that_may_divide(x: float) -> list[Expr]:
+    """Constants of which a number may be a part; to ask each by `Fraction` takes long."""
+    share = (x / _FLOATS)[:, None]
+    with np.errstate(over="ignore"):
+        gap = np.abs(share - np.round(share * _PARTS) / _PARTS)
+    near = np.any(gap <= 8.0 * np.spacing(np.abs(share)), axis=1)
+    return [IRRATIONAL[i] for i in np.flatnonzero(near)]
 
 
 def _near(x: float, fraction: Fraction) -> bool:
