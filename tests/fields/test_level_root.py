@@ -111,3 +111,10 @@ def test_the_root_of_a_level_that_jumps_and_rises_is_where_it_jumps():
     )
     np.testing.assert_allclose(found, 0.3, rtol=0.0, atol=1e-7)
     assert bool(met)
+
+
+@pytest.mark.parametrize("level", [lambda t, p: jnp.sign(t - p), lambda t, p: 1.0 + 0.0 * t * p])
+def test_a_root_without_a_slope_and_none_at_all_move_by_nothing(level):
+    root = solved(level, 0.0, 2.0)
+    for way in (jax.grad, jax.jacfwd):
+        assert jax.jit(way(lambda p: root(p)[0]))(jnp.array(0.7)) == 0.0
