@@ -3,8 +3,8 @@
 A table of equations; of seconds of processor time for tracing, for compiling, and for the first
 answer of a second process (imports left out), which finds in the cache what the first one has
 compiled; and of the time of a later call. What is quick is of a session that was started with
-`optimize=False`. All on one core. The number of equations is the same on
-every machine, and `tests/test_first_call.py` keeps it from growing.
+`optimize=False`. All on one core. The number of equations is the same on every machine, and
+`tests/test_first_call.py` keeps it from growing.
 
 The last table that was kept is `benchmarks/first_calls.md`, and a new one is printed beside it as
 ratios. `python -m benchmarks.bench_first_call keep` puts a new one in its place.

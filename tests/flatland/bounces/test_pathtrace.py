@@ -212,8 +212,9 @@ def _mixed():
 def test_reciprocity_between_two_surfaces(key):
     """What A sends B, B sends A, past a glossy floor and a mirror: `L_A int_B E = L_B int_A E`."""
     scene = _mixed()
-    dark = lambda s: (s.points.intensity, s.environment.radiance)  # noqa: E731
-    scene = eqx.tree_at(dark, scene, replace_fn=lambda a: 0.0 * a)
+    scene = eqx.tree_at(
+        lambda s: (s.points.intensity, s.environment.radiance), scene, replace_fn=lambda a: 0.0 * a
+    )
     sent = []
     for light, lit in ((2, 0), (0, 2)):
         emission = jnp.zeros((3, 2)).at[light, 0].set(1.0)

@@ -322,8 +322,10 @@ radiosity_ends = transfer._ends
 def jet_of(solution):
     """Light that was reflected, and its derivative, at one receiver in the penumbra."""
 
+    def E(t):
+        return solution.indirect(receiver(solution.scene, 0, t))
+
     def jet(t):
-        E = lambda t: solution.indirect(receiver(solution.scene, 0, t))  # noqa: E731
         return jnp.stack(jax.jvp(E, (t,), (jnp.ones_like(t),)))
 
     return np.asarray(jax.jit(jet)(jnp.asarray(0.47)))

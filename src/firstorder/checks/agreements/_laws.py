@@ -78,8 +78,7 @@ def windowed_along(
 
     def part(phase: Array) -> np.ndarray:
         numbers = sigma, Omega, phase
-        ask = lambda x: _windowed(Integrate, _wave, scene, at, x, *numbers)  # noqa: E731
-        return host_blocks(ask, x, PLACES)
+        return host_blocks(lambda x: _windowed(Integrate, _wave, scene, at, x, *numbers), x, PLACES)
 
     # The phase is an array, so that one program does for both.
     return part(jnp.asarray(0.0)) - 1j * part(jnp.asarray(0.25))

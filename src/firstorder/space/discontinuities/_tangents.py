@@ -225,7 +225,7 @@ def _half(body: Rounds, n) -> Any:
 
 
 def _half_towards(body: Rounds, axis, out):
-    """The same along `cos * axis + sin * out`, of a cosine and a sine."""
+    """Half of how wide a body is along `cos * axis + sin * out`, a function of cosine and sine."""
     S = body.spread
     along, mixed, across = form(S, axis), 2.0 * form(S, axis, out), form(S, out)
     return lambda cos, sin: np.sqrt(
