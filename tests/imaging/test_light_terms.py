@@ -61,7 +61,7 @@ def shadows(light):
     rows, columns = light.shape
     low = rng.random((POINTS, rows // 2 + 1, columns // 2 + 1)) < 0.5
     seen = low.repeat(2, 1).repeat(2, 2)[:, :rows, :columns].reshape(POINTS, -1)
-    depth = np.where(seen, 1.0, rng.uniform(0.3, 0.5, seen.shape))
+    depth = np.where(seen, 0.0, rng.uniform(0.3, 0.5, seen.shape))
     return jnp.asarray(seen, float), jnp.asarray(depth)
 
 
@@ -70,7 +70,7 @@ def one_by_one(light, at, seen, depth):
     def one(at, seen, depth):
         lamp = oriented_light(light, at.point.base_normal)
         above = lamp.toward(at.point.position)[0] @ at.point.base_normal > 0.0
-        seen, depth = jnp.where(above, seen, 0.0), jnp.where(above, depth, 1.0)
+        seen, depth = jnp.where(above, seen, 0.0), jnp.where(above, depth, 0.0)
         terms = lobe_radiance(lamp, seen, at.point, at.view.to_eye, at.lobe)
         if not lamp.even:
             return terms, jnp.zeros((2, 2))
@@ -110,8 +110,8 @@ def test_without_shadows_all_nodes_above_the_shading_horizon_count():
     np.testing.assert_array_equal(moved, 0.0)
 
 
-def _unwrapped(V, tau, axis, wraps, kind=module._edge_weights):
-    return kind(V, tau, axis, False)
+def _unwrapped(V, depth, axis, wraps, near, kind=module._edge_weights):
+    return kind(V, depth, axis, False, near)
 
 
 FAULTS = {

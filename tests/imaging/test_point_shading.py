@@ -80,10 +80,10 @@ def test_nodes_are_hidden_by_what_is_nearer_and_only_of_distant_light_by_all():
     t, far = jnp.array([1.0, 3.0, 5.0, jnp.inf]), jnp.array([4.0, 4.0, 4.0, 4.0])
     seen, depth = shading.node_occlusion(t, far, True)
     np.testing.assert_array_equal(seen, [False, False, True, True])
-    np.testing.assert_allclose(depth, [0.25, 0.75, 1.0, 1.0], rtol=1e-14)
+    np.testing.assert_allclose(depth, [0.25, 0.75, 0.0, 0.0], rtol=1e-14)
     seen, depth = shading.node_occlusion(t, far, False)
     np.testing.assert_array_equal(seen, [False, False, False, True])
-    np.testing.assert_allclose(depth, [0.5, 0.75, 5.0 / 6.0, 1.0], rtol=1e-14)
+    np.testing.assert_allclose(depth, [1.0, 3.0, 5.0, 0.0], rtol=1e-14)
 
 
 def diffuse(at, light, seen):

@@ -158,7 +158,7 @@ def test_what_hides_a_node_lies_at_its_share_of_the_way():
     lamp = Lamp((0.0, 0.0, 3.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), 1.0, 3, True)
     seen, depth = _shadow_rays(scene, jnp.zeros(3), lamp, jnp.array(-1))
     np.testing.assert_array_equal(seen, np.arange(9) != 4)
-    np.testing.assert_allclose(depth, np.where(np.arange(9) == 4, 0.8 / 3.0, 1.0), rtol=1e-15)
+    np.testing.assert_allclose(depth, np.where(np.arange(9) == 4, 0.8 / 3.0, 0.0), rtol=1e-15)
 
 
 def test_without_a_lamp_there_is_one_sentence():

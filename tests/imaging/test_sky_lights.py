@@ -132,9 +132,9 @@ def test_a_bent_surface_turns_under_the_sky():
 
 
 @eqx.filter_jit
-def hidden_light(x, light):
+def hidden_light(x, light, unit=1.0):
     """Light behind a ball over the floor, and what moving shadows say."""
-    scene = Scene.of(primitive(sphere((0.1, 0.0, 1.0), 0.4)))
+    scene = Scene.of(primitive(sphere(unit * jnp.array([0.1, 0.0, 1.0]), 0.4 * unit)))
     x = jnp.array([*x, 0.0])
     seen, depth = _shadow_rays(scene, x, light, jnp.array(-1))
     seen = seen.astype(x.dtype)
@@ -174,6 +174,17 @@ def test_shadows_move_over_the_sky(nodes):
     # half a cell, of those over the ball's angular radius; rows are 2 / n in the cosine
     assert errors[-1] < 0.5 * (2.0 / rows[-1]) / np.arcsin(0.4 / np.sqrt(1.34))
     assert fitted_order(rows, errors) < -0.8  # edges are known to half a cell
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e-3, 1e3, 1e9])
+def test_shadows_move_alike_in_all_units(unit):
+    """In space they move per metre: in proportion to one over the unit, however deep they are."""
+    light = oriented_light(CosineSkyLight(SKY, 32), UP)
+    value, edges = hidden_light(np.array([0.6, 0.3]), light)
+    assert np.linalg.norm(edges) > 1e-3
+    scaled, moved = hidden_light(unit * np.array([0.6, 0.3]), light, unit)
+    np.testing.assert_allclose(scaled, value, rtol=1e-12)
+    np.testing.assert_allclose(unit * moved, edges, rtol=1e-9)
 
 
 # --- nodes by cosine -----------------------------------------------------------------------------

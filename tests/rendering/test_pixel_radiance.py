@@ -75,7 +75,7 @@ def test_of_bands_and_of_distant_light_too():
     assert off(Renderer(world(albedo=(0.2, 0.5, 0.8)))) < SINGLE
     made = Renderer(world())
     lights = (LAMP, sky_light(GaussianSky((-0.3, -0.5, 0.8), 0.5), "even", 8))
-    assert off(made, lights=lights) < 10.0 * SINGLE  # depths count from 1 m, to the far side
+    assert off(made, lights=lights) < 10.0 * SINGLE
 
 
 def test_values_alone_are_the_same_values(made):
@@ -106,7 +106,7 @@ def test_faults_are_noticed(made, monkeypatch, fault):
     if fault == "edges stand still":
         monkeypatch.setattr(_pixel_radiance.MeshLight, "_move", lambda *a: None)
     elif fault == "limbs are met early":
-        monkeypatch.setattr(_shadow_edges, "at_limb", lambda tau, before, hidden: tau)
+        monkeypatch.setattr(_shadow_edges, "at_limb", lambda depth, before, hidden: depth)
     else:
         kept = _pixel_radiance.edge_weights
 

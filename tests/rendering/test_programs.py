@@ -230,12 +230,11 @@ def test_what_hides_a_node_does_so_on_the_way_to_it(name):
     way = np.asarray(light.toward(jnp.asarray(x[0]))[0])
     if name == "near":  # what is behind a lamp hides nothing; depths are shares
         true, hidden = [0.25, 0.999], 2
-    else:  # metres t of distant light are t / (1 + t)
-        far = share[0, :3] * np.linalg.norm(way[:3], axis=1)
-        true, hidden = far / (1.0 + far), 3
+    else:  # depths are metres
+        true, hidden = share[0, :3] * np.linalg.norm(way[:3], axis=1), 3
     np.testing.assert_array_equal(seen[0], np.arange(16) >= hidden)
     np.testing.assert_allclose(depth[0, :hidden], true, rtol=1e-12)
-    np.testing.assert_array_equal(depth[0, hidden:], 1.0)
+    np.testing.assert_array_equal(depth[0, hidden:], 0.0)
 
 
 # --- shading -------------------------------------------------------------------------------------
@@ -274,7 +273,7 @@ def test_moving_shadows_are_those_of_points_one_by_one(floor_block):
     found = programs.pixels(shown, [LAMP], [jnp.asarray(share)])
     first = jax.tree.map(lambda a: a[0], shown.interaction)
     hidden = np.isfinite(share[0])
-    depth = np.where(hidden, share[0], 1.0)
+    depth = np.where(hidden, share[0], 0.0)
     true = eqx.filter_jit(shade_point)(first, [LAMP], [(jnp.asarray(~hidden), jnp.asarray(depth))])
     assert np.abs(true.edges).max() > 1e-3
     np.testing.assert_allclose(found.edges[0], true.edges, rtol=1e-10)

@@ -47,11 +47,14 @@ def test_weights_are_those_of_half_way_blockers_and_of_horizons():
         asked.extend(node)
         return np.full(len(row), 0.5)
 
-    weight = edge_weights(edges, seen, np.ones_like(seen), half)
+    weight = edge_weights(edges, seen, np.ones_like(seen), half, near=True)
     assert weight.tolist() == [-1.0, 1.0]
     assert sorted(asked) == [1, 2]  # each once
     above = np.array([[True, False, True, True]])
-    assert edge_weights(edges, seen, above, half).tolist() == [0.0, 1.0]  # a horizon stands still
+    weight = edge_weights(edges, seen, above, half, near=True)
+    assert weight.tolist() == [0.0, 1.0]  # a horizon stands still
+    weight = edge_weights(edges, seen, above, half, near=False)
+    assert weight.tolist() == [0.0, 2.0]  # one over half a metre
 
 
 @pytest.mark.parametrize("wraps", [False, True])

@@ -161,17 +161,18 @@ def shadow_edge_terms(
         dB/dx = integral of F (1 - tau)/tau (I - d m^T/(m.d))^T grad V dA
 
     and grad V is the difference between neighbours. Diffuse and glossy lobe apart. In front of
-    distant light edges turn by `-(I - w w^T) dx / D`: that is `(1 - tau) / tau` of a way of 1 m,
-    with the blocker at the share `tau = D / (1 m + D)`.
+    distant light edges turn by `-(I - w w^T) dx / D`: 1/D of a blocker at the distance D stands in
+    the place of `(1 - tau)/tau`.
 
     Valid as the lattice grows finer: an edge is known to half a cell, and beside an occluding
-    contour tau changes as the root of the distance, so it is continued to the edge from two hidden
-    nodes. Exact gradients of analytic shapes: `space.irradiance`.
+    contour the depth changes as the root of the distance, so it is continued to the edge from two
+    hidden nodes. Exact gradients of analytic shapes: `space.irradiance`.
 
     Args:
         lamp: the light; `even`.
         seen: 1 for nodes that are seen, 0 for others.
-        depth: share of the way from the point to the node at which something hides it, in (0, 1).
+        depth: where something hides the node: the share of the way to it, in (0, 1), or of distant
+            light the distance [m]; 0 where nothing does.
         point: where.
         to_eye: unit vector to where the light goes.
         lobe: of the surface.
@@ -204,44 +205,56 @@ def _jumps(
     depth = depth.reshape(lamp.shape)
     total = jnp.zeros(3, flow.dtype)
     for axis in (0, 1):
-        F, V, tau = (jnp.moveaxis(a, axis, 0) for a in (flow[:, :, axis], seen, depth))
+        F, V, D = (jnp.moveaxis(a, axis, 0) for a in (flow[:, :, axis], seen, depth))
         round_ = axis == 1 and lamp.wraps
         after = (lambda a: jnp.roll(a, -1, 0)) if round_ else (lambda a: a[1:])
         here = (lambda a: a) if round_ else (lambda a: a[:-1])
         jump = after(V) - here(V)
-        edges = (_at_edge(tau, V, side, round_) for side in (-1, 1))
+        edges = (_at_edge(D, V, side, round_) for side in (-1, 1))
         edge = jnp.where(jump < 0.0, after(next(edges)), here(next(edges)))
-        stretch = (1.0 - edge) / jnp.where(edge > 0.0, edge, jnp.inf)
-        total = total + jnp.sum((0.5 * jump * stretch)[..., None] * (after(F) + here(F)), (0, 1))
+        weight = 0.5 * jump * edge_rate(edge, lamp.near)
+        total = total + jnp.sum(weight[..., None] * (after(F) + here(F)), (0, 1))
     return total
 
 
-# A contour s cells away is first met at tau_0 - c sqrt(s). With s anywhere in (0, 1) at the last
+# A contour s cells away is first met at D_0 - c sqrt(s). With s anywhere in (0, 1) at the last
 # hidden node and in (1, 2) at the one before, this share of their difference makes up for it on
 # average.
 TO_LIMB = 1.0 / (2.0 * float(np.sqrt(2.0)) - 2.0)
 
 
 def _at_edge(
-    tau: Float[Array, "r c"], V: Float[Array, "r c"], side: int, round_: bool
+    depth: Float[Array, "r c"], V: Float[Array, "r c"], side: int, round_: bool
 ) -> Float[Array, "r c"]:
     """Depth of a blocker at its edge, from the last hidden node and the one before it."""
-    before, hidden = jnp.roll(tau, side, 0), jnp.roll(V, side, 0) == 0.0
-    first = jnp.arange(tau.shape[0])[:, None] == (0 if side == 1 else tau.shape[0] - 1)
+    before, hidden = jnp.roll(depth, side, 0), jnp.roll(V, side, 0) == 0.0
+    first = jnp.arange(depth.shape[0])[:, None] == (0 if side == 1 else depth.shape[0] - 1)
     first &= not round_
-    return jnp.minimum(at_limb(tau, before, hidden & ~first), 1.0)
+    return at_limb(depth, before, hidden & ~first)
 
 
-def at_limb(tau: Any, before: Any, hidden: Any) -> Any:
+def at_limb(depth: Any, before: Any, hidden: Any) -> Any:
     """Depth of a blocker at its edge, from those of the last hidden node and of the one before.
 
     Args:
-        tau: share of the way at which the last hidden node is hidden.
+        depth: where the last hidden node is hidden, in any unit.
         before: of the node before it.
         hidden: whether there is one, and it is hidden. Arrays of NumPy or of JAX.
     """
-    change = TO_LIMB * (tau - before) * hidden
-    return tau + change * (abs(change) < 0.25 * tau)  # another blocker, if more
+    change = TO_LIMB * (depth - before) * hidden
+    return depth + change * (abs(change) < 0.25 * depth)  # another blocker, if more
+
+
+def edge_rate(depth: Any, near: bool) -> Any:
+    """How fast an edge moves over a light when the point does: `(1 - tau) / tau`, or `1 / D`.
+
+    Args:
+        depth: of the blocker at its edge, as `shadow_edge_terms` has it: arrays of NumPy or of JAX.
+            Neither what is behind a lamp moves an edge, nor a depth of 0.
+        near: whether the light is; then depth is a share.
+    """
+    rate = (depth > 0.0) / (depth + (depth <= 0.0)) - near
+    return rate * (rate > 0.0)
 
 
 # --- nodes ---------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ processor is good at. With h = n.d, c = r.d, m = (c / |d|)^s and F = -a.d / |d|^
     F h G,  F h m G                        what shadows uncover that move over rows and columns
 
 V tells what is seen. G of a node is the sum over the edges beside it of the jump of V times the
-blocker's (1 - tau) / tau. A node's radiance belongs to the few numbers where all points see the
+blocker's (1 - tau) / tau or 1 / D. A node's radiance belongs to the few numbers where all points see the
 same, so that further bands cost those products alone.
 """
 
@@ -27,7 +27,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder.imaging._area_lights import TO_LIMB, LobeRadiance, SurfaceReflectance, lobe_factors
+from firstorder.imaging._area_lights import (
+    TO_LIMB,
+    LobeRadiance,
+    SurfaceReflectance,
+    edge_rate,
+    lobe_factors,
+)
 from firstorder.imaging._interaction import SurfaceInteraction
 from firstorder.imaging._lamps import Lamp
 from firstorder.imaging._reflection import SurfacePoint, half_turn, mirrored
@@ -206,8 +212,7 @@ def light_terms(
         at: points, all leaves with a leading axis.
         seen: whether each node is seen from each; None if all are. What is below a surface is
             hidden by it, whatever is given.
-        depth: share of the way at which the others are hidden, as `_point_shading.node_occlusion`
-            gives it.
+        depth: where the others are hidden, as `_point_shading.node_occlusion` gives it.
 
     Returns:
         Light and gradients of the diffuse and of the glossy lobe, and what shadows that move add to
@@ -246,11 +251,11 @@ def _moved(at: LightFrame, w: _Weights, seen: Many, depth: Many) -> tuple[Array,
         return zero, zero
     shape = (len(seen), *light.shape)
     V = jnp.where(w.above, seen, 0.0).reshape(shape)
-    tau = jnp.where(w.above, depth, 1.0).reshape(shape)
+    depth = jnp.where(w.above, depth, 0.0).reshape(shape)
     sent = settled((w.plain * w.height, w.plain * w.height * w.lobe))
     total = [zero, zero]
     for axis in (0, 1):
-        G = settled(_edge_weights(V, tau, axis + 1, axis == 1 and light.wraps))
+        G = settled(_edge_weights(V, depth, axis + 1, axis == 1 and light.wraps, light.near))
         for k, flow in enumerate(sent):
             total[k] = total[k] + _slid(at, flow * G.reshape(flow.shape[0], -1), axis)
     return total[0], total[1]
@@ -272,8 +277,8 @@ def _slid(at: LightFrame, weight: Many, axis: int) -> Float[Array, "n 3"]:
     return 0.5 * light.count * (total[:, None] * dual - along[:, None] * m)
 
 
-def _edge_weights(V, tau, axis: int, wraps: bool) -> Float[Array, "n r c"]:
-    """Half of the jumps of V beside each node along an axis, times (1 - tau) / tau of blockers."""
+def _edge_weights(V, depth, axis: int, wraps: bool, near: bool) -> Float[Array, "n r c"]:
+    """Half of the jumps of V beside each node along an axis, times `edge_rate` of blockers."""
     count = V.shape[axis]
     place = jnp.arange(count).reshape([-1 if a == axis else 1 for a in range(3)])
 
@@ -285,12 +290,12 @@ def _edge_weights(V, tau, axis: int, wraps: bool) -> Float[Array, "n r c"]:
         hidden = next_(V, -side) == 0.0
         if not wraps:
             hidden &= place != (0 if side == 1 else count - 1)
-        change = jnp.where(hidden, TO_LIMB * (tau - next_(tau, -side)), 0.0)
-        return jnp.minimum(tau + jnp.where(jnp.abs(change) < 0.25 * tau, change, 0.0), 1.0)
+        change = jnp.where(hidden, TO_LIMB * (depth - next_(depth, -side)), 0.0)
+        return depth + jnp.where(jnp.abs(change) < 0.25 * depth, change, 0.0)
 
     jump = next_(V) - V
     if not wraps:
         jump = jnp.where(place == count - 1, 0.0, jump)
     edge = jnp.where(jump < 0.0, next_(at_edge(-1)), at_edge(1))
-    each = 0.5 * jump * (1.0 - edge) / jnp.where(edge > 0.0, edge, jnp.inf)
+    each = 0.5 * jump * edge_rate(edge, near)
     return each + next_(each, -1)

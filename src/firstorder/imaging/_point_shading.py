@@ -53,7 +53,7 @@ OF_SHADED = (-1, -2, -2, -2, -2, None, -2, None, None, None)
 
 
 def node_occlusion(t: Array, far: Array, near: bool) -> tuple[Array, Array]:
-    """Whether nodes are seen, and the share of the way at which they are not.
+    """Whether nodes are seen, and where they are not: depths as `shadow_edge_terms` has them.
 
     Args:
         t: what stands before the nodes, infinity where nothing does [m].
@@ -61,8 +61,7 @@ def node_occlusion(t: Array, far: Array, near: bool) -> tuple[Array, Array]:
         near: whether the light is.
     """
     hidden = t < (far if near else jnp.inf)
-    t = jnp.where(hidden, t, 1.0)
-    return ~hidden, jnp.where(hidden, t / (far if near else 1.0 + t), 1.0)
+    return ~hidden, jnp.where(hidden, t / far if near else t, 0.0)
 
 
 def shade_point(
@@ -86,13 +85,10 @@ def shade_point(
     for k, lamp in enumerate(lamps):
         lamp = oriented_light(lamp, at.point.base_normal)
         count = lamp.shape[0] * lamp.shape[1]
-        seen, depth = jnp.ones(count, dtype), jnp.ones(count, dtype)
+        seen, depth = jnp.ones(count, dtype), jnp.zeros(count, dtype)
         if shadows is not None:
             above = lamp.toward(at.point.position)[0] @ at.point.base_normal > 0.0
-            seen, depth = (
-                jnp.where(above, a.astype(dtype), b)
-                for a, b in zip(shadows[k], (0, 1), strict=True)
-            )
+            seen, depth = (jnp.where(above, a.astype(dtype), 0.0) for a in shadows[k])
         terms = lobe_radiance(lamp, seen, at.point, to_eye, at.lobe)
         moved = jnp.zeros((2, 2), dtype)
         if shadows is not None and lamp.even:

@@ -47,7 +47,7 @@ BLOCK = 1024  # pixels at a time: a lamp's nodes are kept for each
 def _shadow_rays(
     scene: Scene, x: Float[Array, "3"], lamp: SampledLight, on: Int[Array, ""]
 ) -> tuple[Bool[Array, " k"], Float[Array, " k"]]:
-    """Visibility of a lamp's nodes from a point, and how far along the way others are hidden.
+    """Visibility of a lamp's nodes from a point, and where others are hidden.
 
     Args:
         scene: what may hide the lamp; it is no part of it.
@@ -56,8 +56,7 @@ def _shadow_rays(
         on: the shape on which x lies.
 
     Returns:
-        Whether each is seen, and the share; of distant light the one that `shadow_edge_terms`
-        wants.
+        Whether each is seen, and the depth of what hides it, as `shadow_edge_terms` has it.
     """
     way, _ = lamp.toward(x)
     far = jnp.sqrt(dot(way, way))

@@ -192,11 +192,10 @@ class MeshLight:
             start = x[row] + self._off * up[row]
             if light.near:
                 return np.minimum(self.embree.first_share(start, way[node]), 1.0)
-            t = self.embree.first_share(start, way[node], np.inf)
-            t = t * np.linalg.norm(way[node], axis=1)
-            return np.where(np.isfinite(t), t / (1.0 + t), 1.0)
+            share = self.embree.first_share(start, way[node], np.inf)
+            return np.where(np.isfinite(share), share * np.linalg.norm(way[node], axis=1), 0.0)
 
-        weight = edge_weights(edges, seen, above, depth)
+        weight = edge_weights(edges, seen, above, depth, light.near)
         some = np.flatnonzero(weight)
         if not len(some):
             return

@@ -182,10 +182,9 @@ def _occlusion(nodes: LightFrame, share):
     """Whether nodes are seen, and the depths of blockers as `shadow_edge_terms` wants them."""
     near = nodes.light.near
     hidden = share < (1.0 if near else jnp.inf)
-    share = jnp.where(hidden, share, 1.0)
-    far = jnp.sqrt(sum(a * a for a in nodes.ways))
-    depth = share if near else share * far / (1.0 + share * far)
-    return (~hidden).astype(share.dtype), jnp.where(hidden, depth, 1.0)
+    share = jnp.where(hidden, share, 0.0)
+    depth = share if near else share * jnp.sqrt(sum(a * a for a in nodes.ways))
+    return (~hidden).astype(share.dtype), depth
 
 
 @eqx.filter_jit

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from firstorder.imaging._area_lights import at_limb
+from firstorder.imaging._area_lights import at_limb, edge_rate
 
 Rows = Int[np.ndarray, " e"]
 
@@ -85,14 +85,17 @@ def edge_weights(
     seen: Bool[np.ndarray, "n k"],
     above: Bool[np.ndarray, "n k"],
     depth: Callable[[Rows, Rows], Float[np.ndarray, " m"]],
+    near: bool,
 ) -> Float[np.ndarray, " e"]:
-    """Jump of each edge times the blocker's `(1 - tau) / tau`.
+    """Jump of each edge times how fast its blocker moves it over the light (`edge_rate`).
 
     Args:
         edges: from `shadow_edges`.
         seen: which nodes are seen.
         above: which are above the surface; others are hidden by its horizon, which stands still.
-        depth: share of the way at which nodes are hidden, by the numbers of points and nodes.
+        depth: where nodes are hidden, by the numbers of points and nodes: the share of the way, or
+            of distant light the distance [m].
+        near: whether the light is.
     """
     row, hidden = edges.row, edges.hidden
     behind = np.maximum(edges.behind, 0)
@@ -100,12 +103,10 @@ def edge_weights(
     asked = np.zeros(seen.shape, bool)
     asked[row[first], hidden[first]] = asked[row[second], behind[second]] = True
     at = np.nonzero(asked & above)  # each node once
-    tau = np.empty(seen.shape)
-    tau[at] = depth(*at)
-    last = np.where(first, tau[row, hidden], 1.0)
-    before = np.where(second & above[row, behind], tau[row, behind], 1.0)
-    edge = np.minimum(at_limb(last, before, second), 1.0)
-    return edges.jump * (1.0 - edge) / np.where(edge > 0.0, edge, np.inf)
+    found = np.zeros(seen.shape)
+    found[at] = depth(*at)
+    edge = at_limb(found[row, hidden], found[row, behind], second)
+    return edges.jump * edge_rate(edge, near)
 
 
 def beside_seen(hidden: Bool[np.ndarray, "n r c"], wraps: bool) -> Bool[np.ndarray, "n r c"]:

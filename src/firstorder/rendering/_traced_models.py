@@ -79,7 +79,7 @@ class TracedModels:
         """Shares of the ways from a block of points at which a light's nodes are hidden.
 
         Visibility is traced in single precision. The distance of a blocker only counts beside its
-        edge, and is traced for two nodes there, in double.
+        edge, and is traced for two nodes there, in double; elsewhere it is anywhere on the way.
 
         Args:
             x: the points [m].
@@ -106,6 +106,7 @@ class TracedModels:
             edge = edge.reshape(whole.shape)[row, node]
             way_to = self.embree.nearest(start[edge], along[edge]).t
             way_to = way_to * np.sqrt(np.sum(along[edge] ** 2, -1)) / far[edge]
-            at[edge] = np.where(np.isfinite(way_to), way_to, at[edge])
+            # What single precision alone meets has no depth, and its edge does not move.
+            at[edge] = np.where(np.isfinite(way_to), way_to, 0.0)
         share[row, node] = np.minimum(share[row, node], at)
         return share
