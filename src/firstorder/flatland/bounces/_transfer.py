@@ -66,68 +66,99 @@ class _Gaps(Module):
 
 
 def _gaps(scene: Scene, panels: Panels, at: Receiver, moving: bool) -> _Gaps:
-    fixed, first, seams = jax.lax.stop_gradient(at), 0, []
-    for group in scene.groups:  # a closed shape is cut where its parameter starts again
-        if group.closed:
-            starts = jax.vmap(lambda shape: shape.motion(jnp.zeros(()))[0])(group)
-            seams.append(starts)
-        first += group.count
-    seen = view(scene, at, cuts=jnp.concatenate(seams) if seams else None)
-    eps = jnp.finfo(seen.angles.dtype).eps
+    """What a receiver sees, gap by gap, and on which panels it lies."""
+    fixed = jax.lax.stop_gradient(at)
+    seen = view(scene, at, cuts=_seams(scene))
     ends = jax.lax.stop_gradient(seen.angles)
     width = ends[1:] - ends[:-1]
-    # Just inside the gap: on its very end a ray may miss the shape. Gaps too narrow are left out.
-    inside = jnp.maximum(512.0 * eps * width, 64.0 * eps)
-    # Beside a corner, or along the receiver's own hollow shape, rounding reaches further.
-    reach = 8.0 * eps**0.5
-    further = jnp.minimum(reach, 0.25 * width)
     shape = jnp.maximum(seen.seen, 0)
-    own, level = shape == fixed.on, jnp.cos(ends) < reach
-    inside = jnp.where(own & jnp.stack([level[:-1], level[1:]]), further, inside).T
-    # What is seen of it nearer to the horizon sends nothing, but its sines would be any.
-    grazing = own & (jnp.cos(0.5 * (ends[1:] + ends[:-1])) < reach)
-
-    def meet(i, angle, eye):
-        return scene.hit(i, eye.position, direction(eye.n + angle), eye.on)
-
-    def frozen(i, a, b, inside, further):
-        m = 0.5 * (a + b)
-        angles = jnp.stack([m, a + inside[0], b - inside[1], a + further, b - further])
-        t, s = jax.vmap(lambda angle: meet(i, angle, fixed))(angles)
-        met = jnp.isfinite(t)
-        sm, sa, sb = s[0], *jnp.where(met[1:3], s[1:3], s[3:])
-        front = jnp.sum(scene.frame(i, sm).normal * direction(fixed.n + m)) < 0.0
-        # Seen from the front the parameter grows with the angle. Closed shapes go on past 1.
-        sa, sb = jnp.where(front, sa, sb), jnp.where(front, sb, sa)
-        span = sm - jnp.mod(sm - sa, 1.0), sm + jnp.mod(sb - sm, 1.0)
-        return *span, front, met[0] & jnp.all(met[1:3] | met[3:]), met[1:3]
-
-    s0, s1, front, ok, close = jax.vmap(frozen)(shape, ends[:-1], ends[1:], inside, further)
-    low = seen.angles[:-1] + jnp.where(close[:, 0], inside[:, 0], further)
-    high = seen.angles[1:] - jnp.where(close[:, 1], inside[:, 1], further)
-    sheet = 2 * shape + jnp.where(front, 0, 1)
-    tolerance = resolution(seen.angles.dtype)
-    span = jnp.clip(jnp.stack([s0, s1], -1), 0.0, 1.0)
-    (k0, here0), (k1, here1) = (
-        panels.holding(sheet, jnp.clip(s, 0.0, 1.0))
-        for s in (span[:, 0] + tolerance, span[:, 1] - tolerance)
+    near, far, grazing = _insets(ends, shape == fixed.on)
+    span, front, met, close = jax.vmap(_span, (None, None, 0, 0, 0, 0, 0))(
+        scene, fixed, shape, ends[:-1], ends[1:], near, far
     )
-    panel = jnp.stack([k0, k1], -1)
-    near = panels.ends[k0, 0], panels.ends[k1, 1]
-    snapped = [
-        jnp.where(jnp.abs(span[:, i] - near[i]) < tolerance, near[i], span[:, i]) for i in (0, 1)
-    ]
-    span = jnp.stack(snapped, -1)
-    wide = (width > 256.0 * eps) & (span[:, 1] > span[:, 0]) & ~grazing
-    valid = (seen.seen >= 0) & ok & here0 & here1 & wide
+    sheet = 2 * shape + jnp.where(front, 0, 1)
+    span, panel, held = _on_panels(panels, sheet, span)
+    wide = (width > 256.0 * jnp.finfo(width.dtype).eps) & (span[:, 1] > span[:, 0]) & ~grazing
+    valid = (seen.seen >= 0) & met & held & wide
     if not moving:
         return _Gaps(shape, sheet, span, jnp.zeros_like(span), valid, panel)
+    inset = jnp.where(close, near, far[:, None])
+    low, high = seen.angles[:-1] + inset[:, 0], seen.angles[1:] - inset[:, 1]
     angles = jnp.stack([jnp.where(front, low, high), jnp.where(front, high, low)], -1)
     both = jax.vmap(_moved, (None, None, 0, 0, None, None, None))
     moved = jax.vmap(both, (None, 0, 0, 0, None, None, 0))(
         scene, shape, span, angles, at, fixed, valid
     )
     return _Gaps(shape, sheet, span, moved, valid, panel)
+
+
+def _seams(scene: Scene) -> Float[Array, "c 2"] | None:
+    """Where the parameters of closed shapes start again: there they are cut."""
+    start = jax.vmap(lambda shape: shape.motion(jnp.zeros(()))[0])
+    starts = [start(group) for group in scene.groups if group.closed]
+    return jnp.concatenate(starts) if starts else None
+
+
+def _insets(ends: Float[Array, " g_1"], own: Bool[Array, " g"]):
+    """How far inside a gap its shape is looked for, at both ends; and further, if it is missed.
+
+    Args:
+        ends: angles between the gaps.
+        own: whether a gap shows the shape on which the receiver lies.
+
+    Returns:
+        Angles, shape (g, 2); likewise (g,); and which gaps are grazing. These show the receiver's
+        own shape so near to the horizon that it sends nothing, but its sines would be any.
+    """
+    eps, width = jnp.finfo(ends.dtype).eps, ends[1:] - ends[:-1]
+    # On the very end of a gap a ray may miss the shape.
+    near = jnp.maximum(512.0 * eps * width, 64.0 * eps)
+    # Beside a corner, or along the receiver's own hollow shape, rounding reaches further.
+    reach = 8.0 * eps**0.5
+    far = jnp.minimum(reach, 0.25 * width)
+    level = jnp.cos(ends) < reach
+    near = jnp.where(own & jnp.stack([level[:-1], level[1:]]), far, near).T
+    return near, far, own & (jnp.cos(0.5 * (ends[1:] + ends[:-1])) < reach)
+
+
+def _span(scene: Scene, at: Receiver, i, a, b, near, far):
+    """The piece of a shape in a gap, without derivatives.
+
+    Args:
+        scene: the shapes.
+        at: the receiver.
+        i: number of the shape.
+        a: angle at which the gap starts.
+        b: angle at which it ends.
+        near: how far inside both are looked at, as `_insets` has it.
+        far: and how far if nothing is met there.
+
+    Returns:
+        First and last parameter; whether the piece is seen from the front; whether it was met; and
+        whether it was met at the first try, at both ends.
+    """
+    m = 0.5 * (a + b)
+    angles = jnp.stack([m, a + near[0], b - near[1], a + far, b - far])
+    t, s = jax.vmap(lambda angle: scene.hit(i, at.position, direction(at.n + angle), at.on))(angles)
+    met = jnp.isfinite(t)
+    sm, sa, sb = s[0], *jnp.where(met[1:3], s[1:3], s[3:])
+    front = jnp.sum(scene.frame(i, sm).normal * direction(at.n + m)) < 0.0
+    # Seen from the front the parameter grows with the angle. Closed shapes go on past 1.
+    sa, sb = jnp.where(front, sa, sb), jnp.where(front, sb, sa)
+    span = jnp.stack([sm - jnp.mod(sm - sa, 1.0), sm + jnp.mod(sb - sm, 1.0)])
+    return span, front, met[0] & jnp.all(met[1:3] | met[3:]), met[1:3]
+
+
+def _on_panels(panels: Panels, sheet: Int[Array, " g"], span: Float[Array, "g 2"]):
+    """Pieces snapped to the ends of panels, the panels that hold their ends, and whether any do."""
+    tolerance, span = resolution(span.dtype), jnp.clip(span, 0.0, 1.0)
+    (k0, here0), (k1, here1) = (
+        panels.holding(sheet, jnp.clip(s, 0.0, 1.0))
+        for s in (span[:, 0] + tolerance, span[:, 1] - tolerance)
+    )
+    end = jnp.stack([panels.ends[k0, 0], panels.ends[k1, 1]], -1)
+    span = jnp.where(jnp.abs(span - end) < tolerance, end, span)
+    return span, jnp.stack([k0, k1], -1), here0 & here1
 
 
 def _moved(scene: Scene, i, s, angle, at: Receiver, fixed: Receiver, valid):
