@@ -28,7 +28,7 @@ MOST = {
     "space derivatives": 2709,
     "space light field, jet": 1413,
     "space light field, integrated, jet": 4153,
-    "azimuth integral": 5814,
+    "azimuth integral": 5833,
     "path, jet": 1062,
     "path, spectrum": 352,
     "shadow field, spectrum": 74,

@@ -67,6 +67,29 @@ def test_a_slanted_plane_has_an_event_where_it_meets_the_horizon(side):
     np.testing.assert_allclose(folded(phi[there])[0], np.arctan2(3.0, 5.0), rtol=1e-14)
 
 
+def test_horizons_of_planes_cut_outlines_and_each_other():
+    """Of two planes, normals (1, 0, -1) and (0, -1, -1), and a triangle that the first one cuts."""
+    corners = np.array([[0.5, 1.0, 1.0], [1.5, 1.0, 1.0], [0.5, 2.0, 1.0]])
+
+    def found():
+        scene = Scene.of(
+            primitive(plane((-2.0, 0.0, 2.0), (1.0, 0.0, -1.0))),
+            primitive(plane((0.0, 9.0, 2.0), (0.0, -1.0, -1.0))),
+            primitive(triangle(*corners)),
+        )
+        return events(parts(scene, receiver((0.0, 0.0, 0.0))), jnp.zeros(()).dtype)
+
+    phi, there = jax.jit(found)()
+    there = np.asarray(there)
+    # On x = z the triangle is cut at (1, 1, 1) and (1, 1.5, 1); on y = -z it is not.
+    cuts = [[1.0, 1.0], [1.0, 1.5]]
+    level = [[0.0, 1.0], [1.0, 0.0]]  # of each plane with the receiver's horizon
+    both = [[1.0, -1.0]]  # (1, 0, -1) x (0, -1, -1) = (-1, 1, -1)
+    ways = np.array([*corners[:, :2], *cuts, *level, *both])
+    true = np.sort(np.arctan2(ways[:, 1], ways[:, 0]) % np.pi)
+    np.testing.assert_allclose(np.sort(folded(phi[there])[0]), true, rtol=0.0, atol=1e-14)
+
+
 def test_a_ball_above_the_horizon_has_two_events_and_its_nodes_cover_half_a_turn():
     def found():
         seen = parts(Scene.of(primitive(sphere(BALL, RADIUS))), receiver((0.0, 0.0, 0.0)))

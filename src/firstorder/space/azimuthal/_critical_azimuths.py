@@ -6,8 +6,10 @@ the angles at which it does are smooth functions of its azimuth. The events are
     a silhouette starts or ends     where a slice is tangent to an arc (an inverse square root in
                                     the rate of the edge angle, R07 footnote 4)
     a corner                        where two pieces of a silhouette meet
-    the horizon                     where a silhouette comes up
+    a horizon                       where a silhouette comes up, or two horizons meet
     a crossing                      where two silhouettes are in line
+
+Horizons are the receiver's and those of planes, beyond which a plane hides all.
 
 A slice is half a great circle, over the pole, so that azimuths count modulo pi. Nodes are given as
 an event and how far from it, so that the difference to that event is exact however small it is.
@@ -201,15 +203,16 @@ def events(found: list[Part], dtype) -> tuple[Float[Array, " m"], Bool[Array, " 
     """Azimuths of all events and which of them there are."""
     points, there = [jnp.zeros((0, 3), dtype)], [jnp.zeros((0,), bool)]
     azimuths, split = [jnp.zeros((0,), dtype)], [jnp.zeros((0,), bool)]
-    up = jnp.asarray(UP, dtype)
+    planes = [part.normal for part in found if part.normal is not None]
+    horizons = jnp.concatenate([jnp.asarray(UP, dtype)[None], *planes])
+    if planes:
+        one, other = np.triu_indices(len(horizons), 1)
+        points.append(cross(horizons[one], horizons[other]))
+        there.append(jnp.any(points[-1] != 0.0, -1))
     for part in found:
         lines, arcs = _every(part.straight), _every(part.curved)
         azimuths.append(part.tangent.ravel())
         split.append(jnp.repeat(part.split.ravel(), 2))
-        if part.normal is not None:
-            level = cross(part.normal, up)
-            points.append(level)
-            there.append(dot(level, level) > 0.0)
         points.append(lines.start)
         there.append(lines.live)
         if part.curved.live.shape[1]:  # elsewhere silhouettes are closed polygons
@@ -220,8 +223,8 @@ def events(found: list[Part], dtype) -> tuple[Float[Array, " m"], Bool[Array, " 
             there,
             lines,
             arcs,
-            lambda line: along_segment(line, up),
-            lambda arc: on_plane(arc, up),
+            lambda line: jax.vmap(lambda n: along_segment(line, n))(horizons),
+            lambda arc: jax.vmap(lambda n: on_plane(arc, n))(horizons),
         )
     _crossings(found, points, there)
     p, ok = jnp.concatenate(points), jnp.concatenate(there)
