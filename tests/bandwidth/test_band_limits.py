@@ -118,6 +118,15 @@ def test_equal_edges_that_are_cut_are_no_more_unlimited_than_one():
     assert edge.extent("theta") == jnp.inf
 
 
+def test_the_farthest_point_of_a_cut_edge_is_finite():
+    """An edge has no end of its own; what it costs at other corners made the slope NaN."""
+    edge = band_limit(half_plane(0.2)).moved([[1.0, 1.0 / 3.0], [0.0, 1.0]])
+    cut = edge.cut("theta", 2.0)
+    np.testing.assert_allclose(cut.farthest(np.array([1.0, 0.5])), (6.0, 2.0))
+    np.testing.assert_allclose(jax.grad(cut.reach)(np.array([1.0, 0.5])), (6.0, 2.0))
+    assert np.all(np.isnan(edge.farthest(np.array([1.0, 0.5]))))  # without end that way
+
+
 # --- what laws do to it, against spectra -------------------------------------------------------
 
 

@@ -32,6 +32,15 @@ def test_linear_images_are_exact(places):
     np.testing.assert_allclose(found, pixels() @ (3.0, -2.0) + 1.0, rtol=0.0, atol=1e-12)
 
 
+def test_samples_beyond_the_border_are_not_mirrored_into_the_image():
+    x = np.arange(-1.0, 25.0, 4.0)
+    p = np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
+    value = np.where(p[:, 0] < 0.0, 5.0, p[:, 0])  # linear between samples, whatever is beyond
+    x = pixels()[..., 0]
+    expected = np.where(x < 3.0, 5.0 - 0.5 * (x + 1.0), x)
+    np.testing.assert_allclose(delaunay_image(p, value, WIDTH, HEIGHT), expected, atol=1e-12)
+
+
 def test_gradients_make_quadratic_images_exact(places):
     value, gradient = quadratic(places)
     found = delaunay_image(places, value, WIDTH, HEIGHT, gradient=gradient, scheme="gradient")

@@ -19,7 +19,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_kind, check_not_negative, check_shape
+from firstorder._argument_checks import (
+    check_kind,
+    check_not_negative,
+    check_shape,
+    nan_unless,
+)
 from firstorder._display import Module
 from firstorder.conventions import FLATLAND, Frame
 from firstorder.errors import Refused
@@ -179,11 +184,14 @@ class BandLimit(Module):
         """A corner of the set that reaches farthest along `direction`.
 
         The gradient of `reach`. Where a whole face is farthest, one of its corners: the direction
-        is turned by the square root of the rounding error to choose it.
+        is turned by the square root of the rounding error to choose it. NaN where the set does not
+        end that way.
         """
         w = as_float(direction)
         turn = jnp.sqrt(jnp.finfo(w.dtype).eps) * jnp.sqrt(jnp.sum(w**2))
-        return jax.grad(self.reach)(w + turn * jnp.cos(1.0 + jnp.arange(w.size, dtype=w.dtype)))
+        w = w + turn * jnp.cos(1.0 + jnp.arange(w.size, dtype=w.dtype))
+        reach, corner = jax.value_and_grad(self.reach)(w)
+        return nan_unless(jnp.isfinite(reach), corner)
 
     def extent(self, axis: str) -> Scalar:
         """Largest `|Omega_axis|` in the set: sample that coordinate at twice this rate."""
@@ -224,8 +232,11 @@ def _dual(A: Array, target: Array, size: Array, weights: Array, chosen: Array) -
     rest = target - jnp.sum(terms, axis=1)
     scale = size + jnp.sum(jnp.abs(terms), axis=1)
     gone = jnp.abs(rest) <= eps * scale
-    cost = jnp.where(gone, 0.0, jnp.where(gone, 1.0, weights) * jnp.abs(rest))
-    return jnp.where(regular, jnp.sum(cost), jnp.inf)
+    # What costs without end is no product: its derivative would make that of other vertices NaN.
+    endless = jnp.isposinf(weights) & ~gone
+    finite = ~(gone | endless)
+    cost = jnp.where(finite, jnp.where(finite, weights, 1.0) * jnp.abs(rest), 0.0)
+    return jnp.where(regular & ~jnp.any(endless), jnp.sum(cost), jnp.inf)
 
 
 # --- what the laws do to it --------------------------------------------------------------------

@@ -27,6 +27,7 @@ from firstorder._argument_checks import (
     check_real,
 )
 from firstorder.reconstruction._samples import gaussian_weights, sample_places, sampled
+from firstorder.reconstruction.blue_noise import _shares
 
 BLOCK = 65536  # pixels at a time
 ALIKE = 2.0  # root of the squares of depth and normal, in spreads, of a sample like a pixel
@@ -61,9 +62,9 @@ def bilateral_widths(
     check_not_negative("density", density)
     if not np.any(density):
         raise ValueError("Argument `density` must be positive somewhere, but is zero everywhere.")
-    density = density / np.max(density)
-    share = np.clip(density * (count / np.sum(density)), 1.0 / density.size, 1.0)
-    return factor / np.sqrt(share)
+    # What full pixels cannot take goes to the others, as where samples are placed.
+    share = _shares(density, min(count, int(np.count_nonzero(density))))
+    return factor / np.sqrt(np.maximum(share, 1.0 / density.size))
 
 
 def cross_bilateral(

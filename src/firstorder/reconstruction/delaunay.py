@@ -87,8 +87,9 @@ def _mirrored(at: Vertices, ends) -> Vertices:
         at.gradient[near] = planes(at, near)
     for axis in (0, 1):
         for end in (0.0, ends[axis]):
-            here = at.p[:, axis]
-            near = np.flatnonzero((abs(here - end) <= reach) & (here != end))
+            inward = at.p[:, axis] - end if end == 0.0 else end - at.p[:, axis]
+            # A sample beyond the side would have its image, a guess, inside.
+            near = np.flatnonzero((inward > 0.0) & (inward <= reach))
             at = mirror_across(at, near, axis, end)
     return at
 
