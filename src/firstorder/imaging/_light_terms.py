@@ -15,8 +15,8 @@ processor is good at. With h = n.d, c = r.d, m = (c / |d|)^s and F = -a.d / |d|^
     F h G,  F h m G                        what shadows uncover that move over rows and columns
 
 V tells what is seen. G of a node is the sum over the edges beside it of the jump of V times the
-blocker's (1 - tau) / tau or 1 / D. A node's radiance belongs to the few numbers where all points see the
-same, so that further bands cost those products alone.
+blocker's (1 - tau) / tau, or 1 / D (`_area_lights.edge_rate`). A node's radiance belongs to the few
+numbers where all points see the same, so that further bands cost those products alone.
 """
 
 from __future__ import annotations

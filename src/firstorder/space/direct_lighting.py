@@ -136,8 +136,8 @@ def irradiance(
     Raises:
         ValueError: if the sky is a function of direction, such as a panorama, which
             `azimuthal.transport_by_azimuth` takes, or concrete shapes that send unlike light
-            to the receiver run into each other above its horizon. A corner or a rim that enters
-            another shape by less than a tenth of its size, and two planes, may be missed.
+            to the receiver run into each other above its horizon, as two planes do. A corner or a
+            rim that enters another shape by less than a tenth of its size may be missed.
 
     Reference: J12 §7.1; R07 §7.3.
 

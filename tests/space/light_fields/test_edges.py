@@ -254,3 +254,22 @@ def test_levels_carry_the_numbers_of_their_shapes():
     of_kind = {"Cylinders": 6, "Boxes": 12, "Triangles": 3, "Ellipsoids": 2}
     sizes = [of_kind[type(g).__name__] for g in scene.groups for _ in range(g.count)]
     assert numbers == np.repeat(np.arange(5), sizes).tolist()
+
+
+def test_planes_have_a_level_for_the_line_in_which_they_meet():
+    """And parallel ones that of a line in the first, across which nothing changes."""
+    floor, slope = (
+        plane((0.0, 0.0, -1.0), (0.0, 0.0, 1.0)),
+        plane((2.0, 0.0, 0.0), (-1.0, 0.5, -1.0)),
+    )
+    lid = plane((0.0, 0.0, 4.0), (0.0, 0.0, -1.0))
+    scene = Scene.of(*map(primitive, (floor, slope, lid)))
+    found = list(levels(scene, AT, SPACE_SLOPE, 0))
+    assert [number for number, _ in found] == [0, 1, 2, 0, 0, 1]
+    axes = np.asarray(AT.axes)
+    lines = [np.stack([level.start, level.end]) @ axes.T + AT.position for _, level in found[3:]]
+    for points, z in ((lines[0], -1.0), (lines[1], -1.0), (lines[2], 4.0)):
+        np.testing.assert_allclose(points[:, 2], z, rtol=0.0, atol=1e-13)
+        assert np.linalg.norm(points[1] - points[0]) > 0.1
+    for points in (lines[0], lines[2]):  # -(x - 2) + y / 2 - z = 0
+        np.testing.assert_allclose(points @ np.array([-1.0, 0.5, -1.0]), -2.0, rtol=0.0, atol=1e-13)

@@ -388,6 +388,37 @@ def test_the_jet_of_two_integrals_is_that_of_irradiance():
     assert normwise(found.hessian, jax.jit(jax.hessian(of))(u)) < 1e-8
 
 
+def room_corner(wall, floor):
+    """Integral over w of the light of a wall and a floor, and its jet; the ray starts at z = 1 + y.
+
+    At x, along (1, -v, -w), the wall `X + Y / 2 = 1` is met after s = (1 - x / 2) / (1 - v / 2),
+    above the floor while w s < 1 + y.
+    """
+    scene = Scene.of(
+        primitive(plane((1.0, 0.0, 0.0), (-1.0, -0.5, 0.0)), emission=wall),
+        primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), emission=floor),
+        primitive(plane((0.0, 0.0, -1.0), (0.0, 0.0, 1.0)), emission=9.0),  # below, never seen
+    )
+    axes = np.roll(np.eye(3), 1, 0)  # t, b, n = Y, Z, X
+    at = Receiver((0.0, 0.0, 1.0), axes, np.zeros((2, 2)), -1)
+    whole = Integrate("w", -3.0, 3.0, 8)(light_field(scene, at, axis="w"))
+
+    def closed(u):
+        x, y, v = u
+        end = (1.0 + y) * (1.0 - 0.5 * v) / (1.0 - 0.5 * x)
+        return wall * (end + 3.0) + floor * (3.0 - end)
+
+    u = jnp.array([0.1, 0.2, 0.3])
+    return whole.jet(u), (closed(u), jax.grad(closed)(u), jax.hessian(closed)(u))
+
+
+def test_light_ends_at_the_line_in_which_two_planes_meet():
+    jet, (value, gradient, hessian) = jax.jit(room_corner)(5.0, 2.0)
+    np.testing.assert_allclose(jet.value, value, rtol=1e-13)
+    np.testing.assert_allclose(jet.gradient, gradient, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(jet.hessian, hessian, rtol=0.0, atol=1e-11)
+
+
 @pytest.mark.parametrize(
     "fault",
     [

@@ -15,6 +15,7 @@ from firstorder.space import (
     cylinder,
     disc,
     ellipsoid,
+    irradiance,
     plane,
     primitive,
     rectangle,
@@ -223,6 +224,48 @@ def test_a_traced_receiver_is_warned():
     ask(half_in(wall=(1.0, 1.0)))  # like light on all sides: no warning
     ask(half_in(), on=1)
     collisions.warn_of_collisions(half_in(), BEFORE)
+
+
+# --- planes --------------------------------------------------------------------------------------
+
+
+def test_planes_meet_unless_they_are_parallel():
+    ((i, j, where),) = found(plane(3 * X, X + Z), plane(2 * Z, X - 2 * Z))
+    assert (i, j) == (0, 1)
+    near = np.array([3.0, 2.0, 0.0])  # x + z = 3 and x - 2 z = -4: z = 7 / 3
+    np.testing.assert_allclose(where @ (X + Z), 3.0, rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(where @ (X - 2 * Z), -4.0, rtol=0.0, atol=1e-8)
+    assert np.ptp(where[:, 1]) > 1e5 * np.linalg.norm(near)
+    assert found(plane(3 * X, X + Z), plane(2 * Z, X + Z)) == []
+    assert found(plane(3 * X, X + Z), plane(2 * Z, -X - Z)) == []
+    assert found(plane(3 * X, X + Z), plane(2 * Z, X - 2 * Z), lit=()) == []
+
+
+def wall_over_a_floor(*emission):
+    """A wall whose light ends at a floor: 2.2733 W/m^2 half a metre above that, not 1.5708."""
+    planes = plane(X, -X), plane(0 * X, Z)
+    return Scene.of(*(primitive(p, emission=L) for p, L in zip(planes, emission, strict=True)))
+
+
+def test_a_wall_that_shines_and_a_dark_floor_are_refused():
+    at = Receiver.at(0.5 * Z, X)
+    with pytest.raises(ValueError, match=r"^Shapes 0 and 1 run into each other .* at the other\.$"):
+        irradiance(wall_over_a_floor(1.0, 0.0), at)
+    # Of one radiance they are one surface.
+    np.testing.assert_allclose(irradiance(wall_over_a_floor(1.0, 1.0), at), np.pi, rtol=1e-12)
+    # A rectangle in the place of the floor ends at the wall.
+    short = rectangle(-8.0 * X, 9.0 * X, 1e3 * Y)
+    scene = Scene.of(primitive(plane(X, -X), emission=1.0), primitive(short))
+    true = 0.5 * np.pi * (1.0 + 0.5 / np.hypot(1.0, 0.5))
+    np.testing.assert_allclose(irradiance(scene, at), true, rtol=1e-5)
+
+
+def test_planes_whose_line_is_not_seen_are_not_refused():
+    scene = wall_over_a_floor(1.0, 0.0)
+    for x, n in ((0.0 * Z, Z), (-3.0 * X, X + Z), (0.5 * Z, -X + Z)):
+        collisions.check_apart(scene, Receiver.at(x, n))
+    on_the_floor = irradiance(scene, Receiver.at(0.0 * Z, Z))
+    np.testing.assert_allclose(on_the_floor, 0.5 * np.pi, rtol=1e-12)  # half of all directions
 
 
 def test_scenes_are_looked_at_once():

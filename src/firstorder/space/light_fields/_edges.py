@@ -13,6 +13,7 @@ the discriminant rises along a chosen coordinate, and on the other of which it f
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 
 import equinox as eqx
@@ -146,7 +147,7 @@ def levels(scene: Scene, plane: Receiver, frame: Frame, axis: int) -> Iterator[t
     """The number of each shape, with a level for each part of its outline.
 
     A box has its twelve edges, of which six at most are part of an outline; the level of a plane is
-    its horizon.
+    its horizon, and two planes have one for the line in which they meet.
 
     Args:
         scene: the shapes.
@@ -154,13 +155,13 @@ def levels(scene: Scene, plane: Receiver, frame: Frame, axis: int) -> Iterator[t
         frame: four coordinates, positions before slopes.
         axis: the coordinate along which round outlines are cut into halves.
     """
-    first = 0
-    for group in scene.groups:
-        for i in range(group.count):
-            shape = jax.tree.map(lambda leaf, i=i: leaf[i], group)
-            for level in _of(shape, plane, frame, axis):
-                yield first + i, level
-        first += group.count
+    shapes = [jax.tree.map(lambda a, i=i: a[i], g) for g in scene.groups for i in range(g.count)]
+    for number, shape in enumerate(shapes):
+        for level in _of(shape, plane, frame, axis):
+            yield number, level
+    planes = [(number, shape) for number, shape in enumerate(shapes) if isinstance(shape, Planes)]
+    for (number, one), (_, other) in itertools.combinations(planes, 2):
+        yield number, _common_line(one, other, plane, frame)
 
 
 def _of(shape: Shape, plane: Receiver, frame: Frame, axis: int) -> Sequence[Field]:
@@ -184,6 +185,18 @@ def _of(shape: Shape, plane: Receiver, frame: Frame, axis: int) -> Sequence[Fiel
         for kind, origin, axes in _round(shape, plane)
         for way in (1, -1)
     ]
+
+
+def _common_line(one: Planes, other: Planes, plane: Receiver, frame: Frame) -> StraightLevel:
+    """The level of the line in which two planes meet; of parallel ones some line of the first."""
+    n, m = one.normal(one.center), other.normal(other.center)
+    along = cross(n, m)
+    square = dot(along, along)
+    meet = square > jnp.finfo(square.dtype).eps
+    reach = dot(m, other.center - one.center) / jnp.where(meet, square, jnp.inf)
+    start = one.center + reach * cross(along, n) - plane.position
+    end = start + jnp.where(meet, along, one.axes[:, 0])
+    return StraightLevel(start @ plane.axes, end @ plane.axes, frame)
 
 
 def _round(shape: Shape, plane: Receiver) -> list[tuple[str, Array, Array]]:

@@ -213,9 +213,9 @@ def light_field(
     boundary terms of every derivative. Differentiable in the ray, the plane and every leaf of the
     scene.
 
-    Valid when: shapes of unlike radiance do not run into each other (their common line is no
-    outline: values are right there, edges miss it); the plane is outside of all closed shapes. On
-    an edge the value is the mean of both sides, within `eps^(3/4)` in slopes.
+    Valid when: shapes of unlike radiance do not run into each other, but for planes (their common
+    line is no outline: values are right there, edges miss it); the plane is outside of all closed
+    shapes. On an edge the value is the mean of both sides, within `eps^(3/4)` in slopes.
     Wrong when: a line of rays along another coordinate than `axis` passes one half of a round
     outline twice, which `Edge.crossing` does not see. A second integral has kinks where
     outlines have corners and ends, and converges slowly unless they are among its `breaks`.

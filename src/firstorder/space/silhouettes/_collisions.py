@@ -5,10 +5,11 @@ nobody's silhouette. Exact integrals along silhouettes do not know it, and are w
 differs across it. A pair is found if
 
     of points of one surface some lie in the other body and some outside, or
-    an edge of one shape, or a line along its surface, passes through the other one.
+    an edge of one shape, or a line along its surface, passes through the other one, or
+    both are planes that are not parallel.
 
 Every pair that is found does meet, by more than rounding. A rim or a round side that dips in
-between two points may be missed, and two planes are not looked at.
+between two points may be missed.
 """
 
 from __future__ import annotations
@@ -74,6 +75,7 @@ def check_apart_from(
     """
     for i, j, where in _collisions(scene):
         unlike = np.any(_shown(scene, i, places) != _shown(scene, j, places), axis=-1)
+        unlike &= ~(_edge_on(scene, i, places) | _edge_on(scene, j, places))
         seen = zip(places[unlike], ups[unlike], strict=True)
         if any(np.any(_rises(where - x, up)) for x, up in seen):
             raise ValueError(_told(scene, i, j))
@@ -111,7 +113,7 @@ def _told(scene: Scene, i: int, j: int) -> str:
     one, other = (f"{k} (`{scene.names[k]}`)" if scene.names[k] else k for k in (i, j))
     return (
         f"Shapes {one} and {other} run into each other and send unlike light: exact integrals do "
-        "not know the line in which they meet. Move them apart."
+        "not know the line in which they meet. Move them apart, or let one end at the other."
     )
 
 
@@ -130,6 +132,15 @@ def _shown(scene: Scene, number: int, places: Float[np.ndarray, "n 3"]) -> np.nd
         front = group.height(places[:, None])[:, k] > 0.0
     emission = np.asarray(scene.material.emission)[number]
     return emission[np.where(front, FRONT, BACK)].reshape(len(places), -1)
+
+
+def _edge_on(scene: Scene, number: int, places: Float[np.ndarray, "n 3"]) -> np.ndarray:
+    """Which places lie in the plane of a flat shape, up to rounding: they see nothing of it."""
+    group, k = _found(scene, number)
+    if group.closed:
+        return np.full(len(places), False)
+    far = np.max(np.abs(places - np.asarray(group.center)[k]), -1)
+    return abs(group.height(places[:, None])[:, k]) <= 8.0 * np.finfo(far.dtype).eps * far
 
 
 def _found(scene: Scene, number: int) -> tuple[Shape, int]:
@@ -218,6 +229,9 @@ class _One(NamedTuple):
 
 def _meeting(one: _One, other: _One) -> np.ndarray | None:
     """Points near the line in which two shapes meet, or None."""
+    if one.kind is other.kind is Planes:
+        where = _common_line(one, other)
+        return where if len(where) else None
     for a, b in ((one, other), (other, one)):
         where = _entered(a, b) if b.closed else _cut(a, b)
         if len(where):
@@ -276,6 +290,21 @@ def _cut(a: _One, b: _One) -> np.ndarray:
         ends = np.concatenate([q, start[abs(z[:, 0]) <= least]])
         q = np.concatenate([ends, np.mean(ends, 0, keepdims=True)])
     return b.world(q[_gauge(b.kind, q) < 1.0 - slack])
+
+
+def _common_line(a: _One, b: _One) -> np.ndarray:
+    """Points of the line in which two planes meet, near and far; none if they are parallel."""
+    normals = np.stack([one.axes[:, 2] / np.linalg.norm(one.axes[:, 2]) for one in (a, b)])
+    along = np.cross(*normals)
+    sine = np.linalg.norm(along)
+    if sine <= _slack(normals):
+        return np.zeros((0, 3))
+    along = along / sine
+    way = b.center - a.center
+    foot = a.center + np.linalg.lstsq(normals, np.array([0.0, normals[1] @ way]), rcond=None)[0]
+    size = np.linalg.norm(way) + np.linalg.norm(foot)
+    far = size * np.array([-1e6, -1e3, -1.0, 0.0, 1.0, 1e3, 1e6])
+    return foot + far[:, None] * along
 
 
 def _slack(a: np.ndarray) -> float:
