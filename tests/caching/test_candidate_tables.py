@@ -7,7 +7,7 @@ from firstorder import caching
 from firstorder.caching import candidate_tables
 from firstorder.caching.candidate_tables import gather_directions, tabulate_candidates
 from firstorder.checks.statistics import LEVEL
-from firstorder.space import Scene, plane, primitive, rectangle
+from firstorder.space import Scene, box, plane, primitive, rectangle, sphere
 from firstorder.space.bounces._radiance_maps import RadianceMaps, face_layout, trace_maps
 from firstorder.space.estimators._irradiance_forms import (
     TracedRays,
@@ -237,3 +237,25 @@ def test_a_table_of_no_place_is_none():
     maps = RadianceMaps(j12_box(), jnp.ones((4, 2, 2)))
     with pytest.raises(ValueError, match="must hold at least one place"):
         caching.occlusion_table(maps, np.zeros((0, 2)), 0, rays=16)
+
+
+@pytest.mark.parametrize(
+    "room",
+    [box((-0.4, -0.5, -0.3), (0.7, 0.5, 1.2)), sphere((0.0, 0.1, 0.2), 0.8)],
+    ids=["box", "ball"],
+)
+def test_a_place_in_a_closed_shape_sees_its_dark_inside(room):
+    """It once saw through it, to the lamp; against rays one by one."""
+    floor, lamp = (
+        rectangle((0.0, 0.0, z), (0.0, 2.0, 0.0), (s, 0.0, 0.0))
+        for z, s in ((0.0, -2.0), (3.0, 2.0))
+    )
+    scene = Scene.of(primitive(floor, name="floor"), primitive(lamp), primitive(room))
+    maps, (on,) = lit(scene), scene.named("floor")
+    given, place = gather_directions(12, 20, sets=1), np.array([0.1, 0.2])
+    table = tabulate_candidates(maps, place[None], given, on)
+    d = jnp.asarray(given.directions[0].reshape(3, -1), float)
+    hits = trace_maps(maps, tuple(jnp.full(240, a) for a in (*place, 0.0)), tuple(d), on)
+    assert table.E == 0.0 == np.max(hits.radiance)
+    np.testing.assert_allclose(table.minimum, np.min(hits.distance), rtol=1e-5)
+    np.testing.assert_allclose(table.harmonic, 1.0 / np.mean(1.0 / hits.distance), rtol=1e-5)

@@ -10,6 +10,7 @@ from firstorder.caching import (
     ellipses,
     elliptic_regions,
     expected_error,
+    geometric_bound,
     gradient_regions,
     radius_for,
     semi_axes,
@@ -269,3 +270,36 @@ def test_a_ratio_below_one_is_refused():
 def test_a_gradient_that_is_no_number_gives_no_disc():
     found = gradient_regions(np.array([np.nan, 0.0]), 0.5, 0.01, 1.0)
     assert np.all(np.isnan(found.matrix))
+
+
+@pytest.mark.parametrize(
+    ("precision", "size"),
+    [("float32", 1e-20), ("float32", 1e20), ("float64", 1e-200), ("float64", 1e200)],
+)
+def test_derivatives_of_regions_are_finite_and_right_in_every_unit_of_light(precision, size):
+    """Squares of Hessians left the range of the precision: slopes were NaN, or lacked terms."""
+    H = jnp.array([[3.0, 0.7], [0.7, -1.0]], precision)
+
+    def free(H, unit):
+        lengths, axes = semi_axes(H, 0.1 * unit, definition="average")
+        return jnp.sum(lengths * axes[0])
+
+    def held(H):
+        return jnp.sum(elliptic_regions(H, 0.1, 1e-3, 100.0).matrix)
+
+    def bound(H):
+        return jnp.sum(geometric_bound(jnp.stack([H, -2.0 * H])))
+
+    def along(g):
+        return jnp.sum(gradient_regions(g, 0.5, 0.01, 1.0).matrix)
+
+    size = jnp.asarray(size, precision)
+    unit = jax.jit(jax.grad(free))(H, jnp.ones((), precision))
+    np.testing.assert_allclose(size * jax.jit(jax.grad(free))(size * H, size), unit, rtol=1e-4)
+    for scale_free in (bound, lambda H: derivative_norm(H, 2, "mean")):
+        slope = jax.jit(jax.grad(scale_free))
+        np.testing.assert_allclose(slope(size * H), slope(H), rtol=1e-4)
+    turn = jax.jit(jax.grad(along))
+    np.testing.assert_allclose(size * turn(size * H[0]), turn(H[0]), rtol=1e-4)
+    for slope in (jax.grad(held), jax.jacfwd(held)):
+        assert np.all(np.isfinite(jax.jit(slope)(size * H)))

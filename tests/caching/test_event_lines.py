@@ -280,3 +280,11 @@ def test_a_relative_error_wants_a_value(value):
     # Nothing is asked of it otherwise: black places have a total error.
     total = expected_error_with_lines(1.0, 1.0, jnp.zeros(2), line, value=value)
     assert total == expected_error_with_lines(1.0, 1.0, jnp.zeros(2), line)
+    radii = [
+        radius_with_lines(1.0, 0.1, 0.01, 9.0, jnp.zeros(2), line, value=v) for v in (value, 1.0)
+    ]
+    assert radii[0] == radii[1]
+    with pytest.raises(ValueError, match="Argument `value` must be positive"):
+        radius_with_lines(
+            1.0, 0.1, 0.01, 9.0, jnp.zeros(2), line, definition="relative", value=value
+        )

@@ -40,6 +40,20 @@ def test_derivatives_are_those_of_the_bell_about_its_centre():
     np.testing.assert_allclose(jet.hessian, value * (np.outer(slope, slope) - P), rtol=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("precision", "far"), [("float32", 3e19), ("float32", 1e30), ("float64", 1e160)]
+)
+def test_far_away_there_is_no_light_and_no_slope(precision, far):
+    """The Hessian was NaN there."""
+    with jax.enable_x64(precision == "float64"):
+        L = gaussian((0.1, -0.05), (0.5, 0.3))
+        assert L.precision.dtype == precision
+        for u in far * jnp.array([[1.0, 0.0], [1.0, 1.0], [-0.5, 1.0], [1e-10, -1.0]]):
+            found = L.at(u), L.jet(u), jax.grad(L.at)(u), jax.hessian(L.at)(u)
+            for part in jax.tree.leaves(found):
+                np.testing.assert_array_equal(part, 0.0)
+
+
 def test_standard_deviations_and_correlation_are_those_of_the_bell():
     f = gaussian((0.21, -0.13), (0.55, 0.4), 0.35, 2.0)
     grid = Grid.spanning((101, 102), (4.5, 4.0))

@@ -33,6 +33,13 @@ def test_its_derivatives_are_those_of_its_value():
         np.testing.assert_allclose(j.hessian, jax.hessian(lambda x: p(*x))(x), rtol=0.0, atol=1e-13)
 
 
+@pytest.mark.parametrize(("precision", "far"), [("float32", 1e20), ("float64", 1e160)])
+def test_far_away_its_derivatives_are_zero(precision, far):
+    """The second one was NaN."""
+    t = jnp.asarray(far, precision)
+    np.testing.assert_array_equal(GaussianProfile(0.3).derivatives(t), 0.0)
+
+
 def test_it_varies_along_its_axis_alone():
     j = GaussianProfile(0.3, "x").jet(jnp.array([0.2, 5.0]))
     assert np.count_nonzero(j.gradient) == 1

@@ -275,7 +275,7 @@ class _Look:
         o = (solid.turn @ (x - solid.center)).astype(np.float32)
         d = solid.turn.astype(np.float32) @ along
         light, normal = _sent(solid, o[:, None] + t * d, d)
-        if light is not None:
+        if light is not None and not _inside(solid, o):
             L[rays] = light if self.noise is None else light * self.noise[rays]
         normal = solid.turn.T.astype(np.float32) @ normal
         n[:, rays] = normal[:2] / -np.sum(normal * along, axis=0)  # any length: it cancels
@@ -299,13 +299,25 @@ def _distance(solid: _Solid, ready, o: np.ndarray) -> Single:
         one, two = (-1.0 - o[:, None]) * ready[1], (1.0 - o[:, None]) * ready[1]
         enter = np.max(np.minimum(one, two), axis=0)
         leave = np.min(np.maximum(one, two), axis=0)
-        return np.where((enter <= leave) & (enter > 0.0), enter, np.float32(np.inf))
+        return _first_met(enter <= leave, enter, leave)
     d, a = ready
     b = o @ d
     square = b * b - a * (o @ o - np.float32(1.0))
     root = np.sqrt(np.maximum(square, 0.0))
-    near = -b - root
-    return np.where((square > 0.0) & (near > 0.0), near / a, np.float32(np.inf))
+    return _first_met(square > 0.0, (-b - root) / a, (root - b) / a)
+
+
+def _first_met(hit: np.ndarray, enter: Single, leave: Single) -> Single:
+    """Distance to a closed shape: where rays enter it, or where they leave it from inside."""
+    t = np.where(enter > 0.0, enter, leave)
+    return np.where(hit & (t > 0.0), t, np.float32(np.inf))
+
+
+def _inside(solid: _Solid, o: np.ndarray) -> bool:
+    """Whether a canonical place is in a closed shape, whose inside sends nothing."""
+    if solid.kind in FLAT:
+        return False
+    return bool((np.max(np.abs(o)) if solid.kind == "Boxes" else o @ o) <= 1.0)
 
 
 def _sent(solid: _Solid, q: np.ndarray, d: np.ndarray):

@@ -11,7 +11,15 @@ from __future__ import annotations
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder.caching.radii import _kind, _length, _parts, derivative_norm, radius_for
+from firstorder.caching.radii import (
+    _kind,
+    _length,
+    _parts,
+    _unit,
+    _unit_of_matrix,
+    derivative_norm,
+    radius_for,
+)
 from firstorder.caching.regions import CUT, FREE, RAISED, ValidityRegion, _clamped
 from firstorder.numerics._select import either
 from firstorder.typing import as_float
@@ -87,7 +95,8 @@ def _axes(
         )
     if not most >= 1.0:
         raise ValueError(f"Argument `most` must be at least 1, but is {most!r}.")
-    values, axes = _principal(H)
+    unit = _unit_of_matrix(H)
+    values, axes = _principal(H / unit[..., None, None])
     a, b = jnp.abs(values[..., 0]), jnp.abs(values[..., 1])
     if printed:
         if definition != "total":
@@ -96,7 +105,7 @@ def _axes(
                 f"but is {definition!r}."
             )
         # At order 1 and in total, radius_for of an eigenvalue is (4 eps / (pi lambda))^(1/4).
-        return jnp.stack([radius_for(size, tolerance, dims=2) for size in (a, b)], -1), axes
+        return jnp.stack([radius_for(unit * size, tolerance, dims=2) for size in (a, b)], -1), axes
     # The stretch, (b / a)^(1/4) along the first axis; bounds keep its slope finite.
     least, largest = most**-2.0, most * most
     steep = (b > 0.0) & ~(b <= largest * a)
@@ -105,7 +114,7 @@ def _axes(
     stretched = jnp.stack([values[..., 0] * stretch**2, values[..., 1] / stretch**2], -1)
     diagonal = stretched[..., None] * jnp.eye(2, dtype=stretched.dtype)
     even = derivative_norm(diagonal, 2, _kind(definition))
-    R = radius_for(even, tolerance, definition=definition, value=value, dims=2)
+    R = radius_for(unit * even, tolerance, definition=definition, value=value, dims=2)
     return jnp.stack([R * stretch, R / stretch], -1), axes
 
 
@@ -201,6 +210,7 @@ def gradient_regions(
     if not ratio >= 1.0:
         raise ValueError(f"Argument `ratio` must be at least 1, but is {ratio!r}.")
     gradient = as_float(gradient)
+    gradient = gradient / _unit(gradient)[..., None]
     gx, gy = gradient[..., 0], gradient[..., 1]
     size = _length(gx, gy)
     none = size == 0.0

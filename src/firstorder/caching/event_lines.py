@@ -216,8 +216,9 @@ def radius_with_lines(
         >>> round(radius_with_lines(0.0, 1.0, 0.01, 9.0, jnp.zeros(2), line).item(), 9)
         1.0
     """
-    for name, number in (("tolerance", tolerance), ("value", value)):
-        check_positive(name, number)
+    check_positive("tolerance", tolerance)
+    if definition == "relative":
+        check_positive("value", value)
     limits = _checked_limits(low, high)
     kind, (size, power) = _checked(definition, _KINDS), _term(derivative, order)
     given = size, _place(position), lines, as_float(value)

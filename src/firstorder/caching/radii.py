@@ -124,18 +124,19 @@ def derivative_norm(
 
 
 def _hessian_norm(H: Float[Array, "... 2 2"], kind: str) -> Float[Array, "..."]:
-    mean, half, b = _parts(H)
+    unit = _unit_of_matrix(H)
+    mean, half, b = _parts(H / unit[..., None, None])
     d = _length(half, b)
     s = jnp.abs(mean)
     if kind == "largest":
-        return s + d
+        return unit * (s + d)
     if kind == "rms":
-        return _length(s, 0.5**0.5 * d)
+        return unit * _length(s, 0.5**0.5 * d)
     mixed = ~(d <= s)  # a NaN stays one
     ratio = jnp.where(mixed, s, 0.0) / jnp.where(mixed, d, 1.0)
     # sqrt(d^2 - s^2) as d sqrt(1 - ratio^2), whose derivative is finite where it is used.
     root = jnp.sqrt(jnp.where(mixed, 1.0 - ratio * ratio, 1.0))
-    return jnp.where(mixed, (2.0 / math.pi) * (s * jnp.arcsin(ratio) + d * root), s)
+    return unit * jnp.where(mixed, (2.0 / math.pi) * (s * jnp.arcsin(ratio) + d * root), s)
 
 
 def _third_norm(T: Float[Array, "... 2 2 2"], kind: str, directions: int) -> Float[Array, "..."]:
@@ -285,9 +286,11 @@ def radius_for(
     tolerance = as_float(tolerance)
     flat = size == 0.0
     safe = jnp.where(flat, 1.0, size)
-    # Roots before the quotient: the square of a derivative may leave the range of float32.
+    # Roots before the quotient: the square of a derivative may leave the range of float32, and so
+    # may the slope of the root, which is that of a number near one times a constant.
     reach = (nan_unless(tolerance > 0, tolerance) / law.factor) ** (1.0 / law.exponent)
-    return jnp.where(flat, jnp.inf, reach / safe ** (law.power / law.exponent))
+    unit, power = _unit(safe[..., None]), law.power / law.exponent
+    return jnp.where(flat, jnp.inf, reach / unit**power / (safe / unit) ** power)
 
 
 def _coefficient(
@@ -382,6 +385,8 @@ def _positive_part(H: Float[Array, "... 2 2"]) -> Float[Array, "... 2 2"]:
     one of them is zero but for rounding, either of its signs gives the same matrix: a compiler may
     find both in one program.
     """
+    unit = _unit_of_matrix(H)[..., None, None]
+    H = H / unit
     mean, d, b = _parts(H)
     apart = _length(d, b)
     most = larger(jnp.abs(mean), apart)
@@ -390,7 +395,7 @@ def _positive_part(H: Float[Array, "... 2 2"]) -> Float[Array, "... 2 2"]:
     middle = 0.5 * (high + low)
     eye = jnp.eye(2, dtype=H.dtype)
     mean, share, middle = (a[..., None, None] for a in (mean, share, middle))
-    return middle * eye + share * (H - mean * eye)
+    return unit * (middle * eye + share * (H - mean * eye))
 
 
 def _parts(H: Array) -> tuple[Array, Array, Array]:
@@ -409,6 +414,16 @@ def _length(d: Array, b: Array) -> Array:
 
 def _root_of_sum(a: Float[Array, "... k"]) -> Float[Array, "..."]:
     """The root of a sum of squares, at zero with the slope zero."""
-    unit = power_of_two(a)
-    unit = jnp.where(jnp.isfinite(unit), unit, 1.0)
+    unit = _unit(a)
     return unit * safe_sqrt(jnp.sum((a / unit[..., None]) ** 2, -1))
+
+
+def _unit(a: Float[Array, "... k"]) -> Float[Array, "..."]:
+    """A power of two near the largest of some numbers; quotients by others may leave the range."""
+    unit = power_of_two(a)
+    return jnp.where(jnp.isfinite(unit), unit, 1.0)
+
+
+def _unit_of_matrix(H: Float[Array, "... 2 2"]) -> Float[Array, "..."]:
+    """`_unit` of all entries of each matrix."""
+    return _unit(H.reshape(*H.shape[:-2], 4))

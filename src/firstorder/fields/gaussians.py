@@ -79,7 +79,9 @@ class Gaussian(Field):
         slopes = [-p for p in product(self.precision, h)]
         f = self.amplitude * jnp.exp(0.5 * inner(slopes, h))
         g = jnp.stack(slopes)
-        return Jet(f, f * g, f * (g[:, None] * g - self.precision), self.frame)
+        # The gradient first: far away it is zero, where squares of g leave the range.
+        gradient = f * g
+        return Jet(f, gradient, gradient[:, None] * g - f * self.precision, self.frame)
 
     def spectrum(self) -> Spectrum:
         """A Gaussian again, with a phase for the centre."""

@@ -129,7 +129,9 @@ class GaussianProfile(Profile):
         sigma = nan_unless(self.sigma > 0, self.sigma)
         s2 = sigma**2
         p = self.weight / (sigma * float(np.sqrt(2.0 * np.pi))) * jnp.exp(-0.5 * t**2 / s2)
-        return p, -t / s2 * p, (t**2 / s2 - 1.0) / s2 * p
+        slope = -t / s2 * p
+        # From the slope, which is zero far away, where the square of t leaves the range.
+        return p, slope, -(p + t * slope) / s2
 
     def transform(self, Omega: Scalar) -> Array:
         """`weight exp(-2 pi^2 sigma^2 Omega^2)`."""

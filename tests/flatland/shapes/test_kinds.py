@@ -163,3 +163,18 @@ def test_the_side_that_is_met_is_that_of_the_normal_at_the_hit(name):
     met, mine, true = (np.asarray(a) for a in jax.jit(jax.vmap(sides))(eyes, own))
     assert met.any()
     np.testing.assert_array_equal(mine[met], true[met])
+
+
+@EVERY
+def test_shapes_that_are_ready_stay_so_in_another_unit(name):
+    """A curve once kept its pieces in metres."""
+    shape, unit = SHAPES[name], jnp.asarray(0.25)
+    found, plain = (only(s.in_unit(unit)) for s in (shape.ready(), shape))
+    origin, along, on = jnp.array([-3.0, 0.4]), jnp.array([1.0, 0.0]), jnp.asarray(False)
+    hits, seen = (
+        [ask(shape) for shape in (found, plain)]
+        for ask in (lambda s: s.hit(origin, along, on), lambda s: s.silhouettes(origin, on))
+    )
+    for ours, right in (hits, seen):
+        for a, b in zip(jax.tree.leaves(ours), jax.tree.leaves(right), strict=True):
+            np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-12)

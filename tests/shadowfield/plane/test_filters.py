@@ -56,6 +56,21 @@ def test_the_filter_touches_the_wedge_at_the_lights_band_limit():
     assert not slim.contains(HIGH / float(a), HIGH)
 
 
+@pytest.mark.parametrize("near", [NEAR, FAR])
+def test_corners_and_area_are_those_of_what_passes_soft_edges_included(near):
+    """By quadrature of the kernel; both once left out the margin, and so did sampling rates."""
+    k = sheared(near=near, margin=0.5)
+    x = np.linspace(-20.0, 20.0, 40001)
+    half = float(np.max(np.asarray(k.corners())[:, 0]) - k.shear * HIGH)
+    Omega = np.linspace(-2.0 * half, 2.0 * half, 401)
+    weight = (x[1] - x[0]) * np.asarray(k.across(x))
+    passed = np.cos(2.0 * np.pi * Omega[:, None] * x) @ weight
+    np.testing.assert_allclose(passed[np.abs(Omega) > half], 0.0, rtol=0.0, atol=1e-8)
+    assert np.all(passed[np.abs(Omega) < half - k.margin] > 0.4)
+    area = 2.0 * HIGH * (Omega[1] - Omega[0]) * np.sum(passed)
+    np.testing.assert_allclose(k.area, area, rtol=1e-9)
+
+
 def test_the_matrix_takes_the_simple_box_to_the_filter():
     k, box = sheared(), axis_aligned_filter(HIGH, PIX)
     rng = np.random.default_rng(0)

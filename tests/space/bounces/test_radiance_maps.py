@@ -98,6 +98,19 @@ def test_the_inside_of_a_closed_shape_sends_nothing_and_faces_who_looks(room):
     assert np.all(sum(n * a for n, a in zip(hits.normal, d.T, strict=True)) < 0.0)
 
 
+@pytest.mark.parametrize("shape", [(3, 2, 2), (7, 2, 2), (6, 0, 0)])
+def test_maps_of_another_number_of_faces_are_refused(shape):
+    """Of three maps for a box its other faces once showed the last one."""
+    scene = Scene.of(primitive(box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))))
+    with pytest.raises(
+        ValueError, match=r"^Argument `L` must have shape \(6, [12], [12]\), but has"
+    ):
+        RadianceMaps(scene, jnp.ones(shape))
+    with pytest.raises(ValueError, match="Argument `L` must have shape"):
+        jax.jit(lambda L: RadianceMaps(scene, L).L)(jnp.ones(shape))
+    assert RadianceMaps(scene, jnp.ones((6, 2, 2, 3))).L.shape == (6, 2, 2, 3)
+
+
 def test_finer_maps_keep_a_linear_radiance():
     scene = _scenes.j12_box()
     s = (np.arange(4) + 0.5) / 4

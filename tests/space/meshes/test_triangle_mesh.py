@@ -1,3 +1,4 @@
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -90,6 +91,43 @@ def test_faces_without_corners_are_left_out_and_degenerate_ones_have_no_area():
     assert np.all(np.isfinite(vertex_normals(m)))
 
 
+def globe(rows, columns):
+    """A sphere as programs write it: quads cut in two, with a vertex for every corner of the map.
+
+    Every pole is a row of vertices in one place, and the seam has two columns.
+    """
+    theta, phi = np.arange(rows + 1) * np.pi / rows, np.arange(columns + 1) * 2 * np.pi / columns
+    sine, phi = np.sin(theta)[:, None], phi % (2.0 * np.pi)
+    v = np.stack(
+        np.broadcast_arrays(sine * np.cos(phi), sine * np.sin(phi), np.cos(theta)[:, None])
+    )
+    v[:2, [0, -1]] = 0.0
+    a = (np.arange(rows)[:, None] * (columns + 1) + np.arange(columns)).ravel()
+    b, c, d = a + columns + 1, a + columns + 2, a + 1
+    return v.reshape(3, -1).T, np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)])
+
+
+def test_faces_pinched_at_a_pole_have_no_edges():
+    """Edges beside them once counted as boundaries, and as silhouettes within the front."""
+    v, f = globe(6, 8)
+    ball = mesh(v, f)
+    assert ball.closed
+    assert ball.count == len(f)
+    assert (len(np.unique(ball.edges)), len(ball.edges)) == (5 * 8 + 2, 15 * 8)
+    area = np.linalg.norm(ball.area_vectors, axis=1)
+    assert np.all(area[ball.sides] > 0.01)
+    turned = mesh(v, f[:, ::-1])
+    assert turned.closed
+    # Between two others, with no boundary near, one counts as little.
+    flat = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]],
+                [[0, 1, 2], [3, 4, 2], [1, 3, 2]])  # fmt: skip
+    assert sorted(map(tuple, np.sort(flat.sides, 1).tolist())) == [(-1, 0)] * 2 + [(-1, 1)] * 2 + [
+        (0, 1)
+    ]
+    with pytest.raises(ValueError, match="`faces` must hold a triangle, but holds none"):
+        mesh(np.zeros((3, 3)), [[0, 1, 2]])
+
+
 def test_vertex_normals_are_exact_on_a_sphere_and_move_with_the_mesh():
     v, f = icosphere(1)
     squeezed = v + 0.3 * np.random.default_rng(0).uniform(-1, 1, v.shape)
@@ -132,6 +170,28 @@ def test_the_unit_of_length_is_of_no_matter_in_single_precision(unit):
     plain, scaled = (as_dtype(mesh(k * corners, faces), "float32") for k in (1.0, unit))
     np.testing.assert_allclose(vertex_normals(scaled), vertex_normals(plain), rtol=1e-4)
     np.testing.assert_allclose(scaled.area / unit / unit, plain.area, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("precision", "unit"),
+    [("float32", 1e-30), ("float32", 1e-20), ("float32", 1e19), ("float32", 1e25),
+     ("float64", 1e-200), ("float64", 1e200)],
+)  # fmt: skip
+def test_normals_of_tiny_and_of_vast_meshes_and_their_derivatives_are_those_of_others(
+    precision, unit
+):
+    """Below 1e-19 m in single precision they were NaN, above 1e19 m no unit vectors."""
+    corners = np.array([(0.1, 0.0, 0.2), (1.2, 0.1, 0.0), (0.2, 0.9, 0.4), (1.1, 1.0, -0.3)])
+    plain, scaled = (
+        as_dtype(mesh(k * corners, [[0, 1, 2], [2, 1, 3]]), precision) for k in (1.0, unit)
+    )
+
+    def slope(m):
+        return jax.grad(lambda v: jnp.sum(vertex_normals(m.at(v))[:, 0]))(m.vertices)
+
+    np.testing.assert_allclose(vertex_normals(scaled), vertex_normals(plain), rtol=1e-5)
+    np.testing.assert_allclose(unit * slope(scaled), slope(plain), rtol=0.0, atol=1e-5)
+    assert scaled.size == pytest.approx(unit * plain.size)
 
 
 @pytest.mark.parametrize("shape", [(2, 3), (9, 3), (4, 2)])

@@ -20,8 +20,9 @@ from firstorder.space.silhouettes.meshes import (
     mesh_silhouette,
     visible_mesh_silhouettes,
 )
+from tests.precision import as_dtype
 from tests.space import worlds
-from tests.space.meshes.test_triangle_mesh import icosphere
+from tests.space.meshes.test_triangle_mesh import globe, icosphere
 
 HERE = receiver((0.0, 0.0, 0.0))
 BALLS = (((0.3, -0.2, 1.5), 0.5), ((-0.15, 0.35, 2.6), 0.9))
@@ -193,6 +194,29 @@ def triangle(corners):
     """The solid angle of a triangle, by Eriksson's formula."""
     a, b, c = corners / np.linalg.norm(corners, axis=1)[:, None]
     return 2.0 * np.arctan(abs(np.linalg.det([a, b, c])) / (1 + a @ b + b @ c + c @ a))
+
+
+def test_the_unit_of_length_is_of_no_matter_to_silhouettes_in_single_precision():
+    """Of a solid a tenth of a picometre wide there were none."""
+    solid, eye = balls(1, BALLS[:1]), jnp.array([0.1, 0.2, 0.3])
+    live = mesh_silhouette(solid, eye).live
+    assert np.sum(live) > 10
+    for unit in (1e-16, 1e-13, 1e13):
+        scaled = as_dtype(solid.at(unit * solid.vertices), "float32")
+        found = mesh_silhouette(scaled, (unit * eye).astype(jnp.float32)).live
+        np.testing.assert_array_equal(found, live)
+
+
+def test_a_ball_has_no_silhouettes_at_its_pole():
+    """Whose vertices are in one place; edges of faces without area once were some."""
+    v, f = globe(6, 8)
+    eye = np.array([0.5, 0.3, 4.0])
+    ball = mesh(v, f)
+    rim = visible_mesh_silhouettes(ball, eye)
+    assert np.all(rim.outer)
+    assert np.sum(mesh_silhouette(ball, eye).live) == len(rim.ends)
+    lengths = np.linalg.norm(np.diff(v[rim.ends], axis=1), axis=-1)
+    assert np.all(lengths > 0.1)
 
 
 def test_a_lone_triangle_covers_as_much_from_behind():

@@ -473,6 +473,12 @@ class Curves(Shape):
         """The series and its two derivatives."""
         return self._series().motion(s)
 
+    def in_unit(self, unit):
+        """With its pieces, if it is ready, which are lengths too."""
+        pieces = jax.tree.map(lambda length: length / unit, self.pieces)
+        scaled = super().in_unit(unit)
+        return eqx.tree_at(lambda c: c.pieces, scaled, pieces, is_leaf=lambda a: a is None)
+
     def ready(self):
         """With its pieces, which cost more than a ray."""
         pieces = jax.vmap(lambda shape: shape.prepared())(self)

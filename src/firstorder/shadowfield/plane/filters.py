@@ -115,17 +115,17 @@ class RayFilter(Module):
 
     @property
     def area(self) -> Scalar:
-        """Area of the filter in frequency [cycles^2/m^2]."""
-        return 2.0 * self.Omega_y_max * self.width
+        """Area of the filter in frequency; of soft edges half, as much as passes [cycles^2/m^2]."""
+        return 2.0 * self.Omega_y_max * (self.width + 2.0 * self.margin)
 
     def corners(self) -> Float[Array, "4 2"]:
-        """The four corners in frequency, in turn."""
+        """The four corners in frequency, in turn, of all that passes, soft edges included."""
         signs = jnp.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
         box = signs * jnp.stack([self.Omega_pix, self.Omega_y_max])
-        return box @ self.frequency_matrix.T
+        return (box @ self.frequency_matrix.T).at[:, 0].add(2.0 * self.margin * signs[:, 0])
 
     def contains(self, Omega_x, Omega_y) -> Bool[Array, "..."]:
-        """Whether frequencies pass."""
+        """Whether frequencies pass undimmed, inside of soft edges."""
         across = jnp.abs(Omega_x - self.shear * Omega_y) <= 0.5 * self.width
         return across & (jnp.abs(Omega_y) <= self.Omega_y_max)
 

@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from firstorder._argument_checks import check_count
+from firstorder._argument_checks import check_count, check_shape
 from firstorder._display import Module
 from firstorder.numerics._vectors import apart, inverse_3x3, matvec_apart, unit
 from firstorder.scene._bands import by_band
@@ -75,6 +75,9 @@ class RadianceMaps(Module):
         L: for each face a value in each cell, rows along its second coordinate; bands last
             [W/(m^2 sr)].
 
+    Raises:
+        ValueError: if `L` has not a square of cells for every face.
+
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.space.bounces import RadianceMaps
@@ -87,6 +90,12 @@ class RadianceMaps(Module):
 
     scene: Scene
     L: Float[Array, "f k k *bands"]
+
+    def __check_init__(self):
+        """Refuse other numbers of faces: cells are looked up without a check."""
+        shape = np.shape(self.L)
+        k = max([1, *shape[1:2]])
+        check_shape("L", self.L, (len(face_layout(self.scene).shape), k, k, *shape[3:]))
 
 
 class MapHits(Module):

@@ -6,6 +6,7 @@ on the host, by `mesh`. Seen from its front, a face's corners follow each other 
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import equinox as eqx
@@ -75,8 +76,8 @@ class Mesh(Module):
     @property
     def size(self) -> float:
         """The diagonal of the smallest box along the axes that holds the mesh [m]."""
-        v = np.asarray(self.vertices)
-        return float(np.linalg.norm(v.max(0) - v.min(0)))
+        v = np.asarray(self.vertices, float)
+        return math.hypot(*(v.max(0) - v.min(0)))
 
     def at(self, vertices: Any) -> Mesh:
         """Mesh of the same faces with other vertices, as differentiation wants it.
@@ -100,7 +101,8 @@ def mesh(vertices: Any, faces: Any) -> Mesh:
 
     Vertices in one place are joined where faces would end there, so that triangles that share no
     vertices are one surface. Edges then name the first of them, to which derivatives of silhouettes
-    go. Traced vertices are not looked at.
+    go. A face with two vertices in one place, as at the poles of a sphere, has no edges: the faces
+    beside it share one. Traced vertices are not looked at.
 
     Args:
         vertices: shape (v, 3) [m].
@@ -136,16 +138,36 @@ def mesh(vertices: Any, faces: Any) -> Mesh:
         raise ValueError(
             f"Argument `faces` must number vertices from 0 to {v.shape[0] - 1}, but has {wrong[0]}."
         )
-    f = f[(f[:, 0] != f[:, 1]) & (f[:, 1] != f[:, 2]) & (f[:, 2] != f[:, 0])]
-    if not len(f):
-        raise ValueError("Argument `faces` must hold a triangle, but holds none.")
+    f = f[_three(f)]
     edges, sides = _edges(f)
-    rim = np.unique(edges[np.any(sides == NO_FACE, axis=1)])
-    if rim.size and is_concrete(v):
-        joined = _by_place(np.asarray(v), rim)[f]
+    if is_concrete(v):
+        rim = edges[np.any(sides == NO_FACE, axis=1)]
+        joined = _joined(np.asarray(v), f, rim)
         if np.any(joined != f):
-            edges, sides = _edges(joined)
-    return Mesh(v, f.astype(np.int32), edges, sides)
+            three = _three(joined)
+            edges, sides = _edges(joined[three])
+            sides = np.where(sides == NO_FACE, NO_FACE, np.flatnonzero(three)[sides])
+    return Mesh(v, f.astype(np.int32), edges, sides.astype(np.int32))
+
+
+def _three(faces: np.ndarray) -> np.ndarray:
+    """Which faces have three corners.
+
+    Raises:
+        ValueError: if none has.
+    """
+    three = np.all(faces != np.roll(faces, 1, axis=1), axis=1)
+    if not np.any(three):
+        raise ValueError("Argument `faces` must hold a triangle, but holds none.")
+    return three
+
+
+def _joined(vertices: np.ndarray, faces: np.ndarray, rim: np.ndarray) -> np.ndarray:
+    """Faces with vertices in one place as one, on the rim and of faces that have two such."""
+    corners = vertices[faces]
+    pinched = np.any(np.all(corners == np.roll(corners, 1, axis=1), axis=-1), axis=1)
+    some = np.unique(np.concatenate([rim.ravel(), faces[pinched].ravel()]))
+    return _by_place(vertices, some)[faces]
 
 
 def _by_place(vertices: np.ndarray, some: np.ndarray) -> np.ndarray:
@@ -207,13 +229,17 @@ def vertex_normals(mesh: Mesh) -> Float[Array, "v 3"]:
         >>> vertex_normals(square)[2].tolist()
         [0.0, 0.0, 1.0]
     """
-    total = jnp.zeros_like(mesh.vertices)
-    for k in range(3):
-        here, ahead, behind = (mesh.corners[:, (k + i) % 3] for i in range(3))
-        a, b = ahead - here, behind - here
-        size_a, size_b = (power_of_two(edge)[:, None] for edge in (a, b))
-        a, b = a / size_a, b / size_b  # fourth powers of lengths would leave the range of float32
-        weight = dot(a, a) * dot(b, b)
-        weight = jnp.where(weight > 0.0, weight, jnp.inf)
-        total = total.at[mesh.faces[:, k]].add(cross(a, b) / weight[:, None] / size_a / size_b)
+    corners, back = mesh.corners, (mesh.faces, jnp.roll(mesh.faces, -1, 1))
+    edges = jnp.roll(corners, -1, 1) - corners
+    size = power_of_two(edges)
+    # In units of the least edge around each vertex: squares of lengths would leave the range.
+    least = jnp.full_like(mesh.vertices[:, 0], jnp.inf)
+    for ends in back:
+        least = least.at[ends].min(size)
+    before, sizes = -jnp.roll(edges, 1, 1), (size, jnp.roll(size, 1, 1))
+    a, b = (edge / s[..., None] for edge, s in zip((edges, before), sizes, strict=True))
+    weight = dot(a, a) * dot(b, b)
+    share = (least[mesh.faces] / sizes[0]) * (least[mesh.faces] / sizes[1])
+    each = cross(a, b) * (share / jnp.where(weight > 0.0, weight, jnp.inf))[..., None]
+    total = jnp.zeros_like(mesh.vertices).at[mesh.faces].add(each)
     return unit(near_one(total))

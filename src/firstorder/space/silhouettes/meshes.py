@@ -22,7 +22,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from firstorder._argument_checks import is_concrete
 from firstorder._display import Module
-from firstorder.numerics._vectors import cross, dot
+from firstorder.numerics._vectors import cross, dot, near_one
 from firstorder.scene._arguments import numbers
 from firstorder.space.meshes.triangle_mesh import NO_FACE, Mesh
 from firstorder.space.receiver import Receiver, in_receiver_frame
@@ -64,7 +64,8 @@ def mesh_silhouette(mesh: Mesh, eye: ArrayLike) -> SilhouetteSegments:
     """
     v = mesh.vertices
     corner = v[mesh.faces[:, 0]]
-    front = dot(numbers("eye", eye) - corner, mesh.area_vectors) > 0.0
+    # Cubes of lengths would leave the range of single precision.
+    front = dot(near_one(numbers("eye", eye) - corner), near_one(mesh.area_vectors)) > 0.0
     live, owner, forward = _turned(jnp, front, mesh.sides)
     first, second = v[mesh.edges[:, 0]], v[mesh.edges[:, 1]]
     start = jnp.where(forward[:, None], first, second)
