@@ -28,6 +28,8 @@ LOST = 1e-6  # digits of second derivatives
 STEPS = 1e-5, 1e-6, 1e-7
 # Of these something is smaller than the largest step, or runs into another thing within it.
 FINE = ("near_", "hardly_", "without_", "sliver", "mixed_", "on_a_", "quarters", "far_off", "lamp_")
+# Parallel planes of unlike light run into each other when they are turned ever so little.
+FINE += "shining_planes", "all_shine", "planes_far_off", "small_planes"
 
 
 class Finding(NamedTuple):
@@ -156,10 +158,16 @@ def _not_finite(a: Asked) -> Iterator[Finding]:
 
 
 def _out_of_bounds(a: Asked) -> Iterator[Finding]:
-    """Less than nothing, or more than the whole hemisphere full of the brightest light."""
+    """Less than nothing, or more than the whole hemisphere full of the brightest light.
+
+    So each thing that shines has a share of the hemisphere between none and all.
+    """
     most = a.world.hemisphere * np.max(_flat(a.scenes.emission), -1)
     over = np.maximum(-a.E, a.E - most)
     yield from _rows("bounds", over > a.tolerance, over)
+    share = np.where(a.scenes.emission > 0.0, a.gradient.emission, 0.0)
+    over = np.max(_flat(np.maximum(-share, share - a.world.hemisphere)), -1)
+    yield from _rows("share", over > a.tolerance, over)
 
 
 def _broken_sums(a: Asked) -> Iterator[Finding]:

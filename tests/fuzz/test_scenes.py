@@ -9,6 +9,7 @@ from tests.fuzz import parts, scenes, worlds
 from tests.fuzz.flatland import digits, layout
 from tests.fuzz.limits import LIMITS, known
 from tests.fuzz.report import Tally
+from tests.fuzz.space import planes
 
 # Single precision in space is the long mode's: most of what it does not do is known.
 QUICK = [("flatland", "float64"), ("flatland", "float32"), ("space", "float64")]
@@ -30,6 +31,7 @@ def test_nasty_scenes_of_every_class_are_answered_well(world, precision):
 
 
 ROW = 86  # well lit
+Z = np.array([0.0, 0.0, 1.0])
 
 
 @pytest.fixture(scope="module")
@@ -69,6 +71,8 @@ def test_light_out_of_bounds_is_seen(right):
     assert kinds(scenes._out_of_bounds(right)) == set()
     for E in (-1e-9, 2.0 + 1e-9):
         assert kinds(scenes._out_of_bounds(with_light(right, E))) == {"bounds"}
+    for share in (-1.0, 1e3):
+        assert kinds(scenes._out_of_bounds(with_gradient(right, share))) == {"share"}
 
 
 def test_light_that_rays_do_not_see_is_seen(right):
@@ -129,6 +133,20 @@ def test_references_know_a_lamp_above_a_receiver(right):
     assert digits.exact(s, 0, right.eps)[0] == pytest.approx(np.sqrt(2.0), rel=1e-15)
     E, bound = worlds.FLATLAND.by_rays(s, 0, right.eps, 1 << 12)
     assert abs(E - np.sqrt(2.0)) <= bound
+
+
+def test_rays_know_a_plane_that_leans():
+    """Of unit radiance, at an angle to the receiver whose cosine is 0.8: `pi (1 + 0.8) / 2`."""
+    s = planes.drawn("planes_anyhow", np.random.default_rng(0), 1)
+    for places in s.places:
+        places[:] = 9.0 * Z
+    s.normal[:], s.ups[:] = -Z, [[0.6, 0.0, 0.8], Z]
+    s.at[:], s.planes[:, 0] = 0.0, -s.ups[:, 0]
+    s.emission[:], s.emission[:, planes.PLANES.start, 0] = 0.0, 1.0
+    E, bound = worlds.SPACE.by_rays(s, 0, 1e-16, 1 << 12)
+    assert abs(E - 0.9 * np.pi) <= bound < 0.1
+    s.emission[:] = s.emission[..., ::-1].copy()
+    assert worlds.SPACE.by_rays(s, 0, 1e-16, 1 << 12)[0] == 0.0
 
 
 def test_what_is_known_is_listed_with_its_reason():

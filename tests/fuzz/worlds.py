@@ -15,8 +15,8 @@ from tests.fuzz.flatland import classes as flat_classes
 from tests.fuzz.flatland import digits, layout
 from tests.fuzz.flatland import rays as flat_rays
 from tests.fuzz.space import changes as space_changes
-from tests.fuzz.space import classes as space_classes
 from tests.fuzz.space import layout as space_layout
+from tests.fuzz.space import planes as space_planes
 from tests.fuzz.space import rays as space_rays
 
 RAYS = 1 << 12
@@ -73,8 +73,8 @@ FLATLAND = World(
 )
 SPACE = World(
     name="space",
-    classes=space_classes.CLASSES,
-    drawn=space_classes.drawn,
+    classes=space_planes.CLASSES,
+    drawn=space_planes.drawn,
     light=space_layout.light,
     changes=space_changes.CHANGES,
     by_rays=space_rays.by_rays,

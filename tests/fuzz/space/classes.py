@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tests.fuzz.classes import Classes
-from tests.fuzz.space.layout import BACK, BALL, FRONT, LAMP, TRIANGLE, Space, spared, unit
+from tests.fuzz.space.layout import BACK, BALL, FRONT, LAMP, Space, spared, unit
 
 Rng = np.random.Generator
 CLASSES = Classes()
@@ -27,7 +27,7 @@ def general(rng: Rng, count: int) -> Space:
     v = np.cross(u, way) * rng.uniform(0.2, 1.0, (count, 1))
     v = v * np.sign(np.sum(np.cross(u, v) * -way, -1, keepdims=True))
     lamp = np.stack([middle, u, v], 1)
-    emission = np.zeros((count, 2, 2))
+    emission = np.zeros((count, 7, 2))
     emission[:, LAMP] = FRONT, BACK
     at, normal = rng.uniform(-0.5, 0.5, (count, 3)), unit(way + 0.7 * rng.normal(size=(count, 3)))
     radii = 10.0 ** rng.uniform(-2.0, -0.2, (count, 2, 1))
@@ -41,7 +41,8 @@ def general(rng: Rng, count: int) -> Space:
         way[:, None] + 0.8 * rng.normal(size=(count, 3, 3))
     )
     lamps = np.stack([lamp, lamp], 1)
-    return Space(lamps, emission, balls, box, corners, at, normal, np.full(count, -1.0))
+    none = [np.zeros((count, 0, *shape)) for shape in ((4, 3), (3, 3), (3,), (3,))]
+    return Space(lamps, emission, balls, box, corners, *none, at, normal, np.full(count, -1.0))
 
 
 @nasty
@@ -165,7 +166,8 @@ def lamp_in_a_body(s, rng):
     s.box[1::2, 0] = middle[1::2]
 
 
-def _distances(rng: Rng, count: int) -> np.ndarray:
+def hairs(rng: Rng, count: int) -> np.ndarray:
+    """How far off a wall receivers are that are near one [m]."""
     return 10.0 ** rng.uniform(-14.0, -3.0, (count, 1))
 
 
@@ -175,7 +177,7 @@ def near_a_ball(s, rng):
     way = unit(rng.normal(size=(len(s.at), 3)))
     level = unit(way - np.sum(way * s.normal, -1, keepdims=True) * s.normal)
     way[::2] = level[::2]
-    s.spheres[:, 0, :3] = s.at - (s.spheres[:, 0, 3:] + _distances(rng, len(way))) * way
+    s.spheres[:, 0, :3] = s.at - (s.spheres[:, 0, 3:] + hairs(rng, len(way))) * way
 
 
 @nasty
@@ -183,7 +185,7 @@ def near_a_box(s, rng):
     """A receiver a hair off a box."""
     out, count = s.box[:, 1], len(s.at)
     aside = np.sum(rng.uniform(-0.9, 0.9, (count, 2, 1)) * s.box[:, 2:], 1)
-    s.box[:, 0] = s.at - out - _distances(rng, count) * unit(out) + aside
+    s.box[:, 0] = s.at - out - hairs(rng, count) * unit(out) + aside
 
 
 @nasty
@@ -192,7 +194,7 @@ def near_a_triangle(s, rng):
     a, b, c = np.moveaxis(s.triangle, 1, 0)
     shares = rng.dirichlet([1.0, 1.0, 1.0], len(s.at))
     foot = np.einsum("bk,bki->bi", shares, s.triangle)
-    hair = _distances(rng, len(s.at)) * unit(np.cross(b - a, c - a))
+    hair = hairs(rng, len(s.at)) * unit(np.cross(b - a, c - a))
     s.triangle[:] += (s.at + hair - foot)[:, None]
 
 
@@ -214,7 +216,7 @@ def on_a_shape(s, rng):
     foot = np.einsum("bk,bki->bi", rng.dirichlet([1.0, 1.0, 1.0], len(s.at)), s.triangle)
     s.triangle[odd] += (s.at - foot)[odd, None]
     s.normal[odd] = normal[odd]
-    s.on[:] = np.where(odd, TRIANGLE, BALL)
+    s.on[:] = np.where(odd, s.triangle_number, BALL)
 
 
 def _scaled(s: Space, scale: float) -> None:

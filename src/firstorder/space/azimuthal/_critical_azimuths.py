@@ -28,7 +28,7 @@ from firstorder._display import Module
 from firstorder.numerics._order import order_of
 from firstorder.numerics._quadrature import inverse_sqrt_panels
 from firstorder.numerics._scale import power_of_two
-from firstorder.numerics._vectors import Coordinates, apart, cross, dot, unit
+from firstorder.numerics._vectors import Coordinates, apart, cross, dot, norm, unit
 from firstorder.space.receiver import Receiver, in_receiver_frame
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import Planes
@@ -207,8 +207,10 @@ def events(found: list[Part], dtype) -> tuple[Float[Array, " m"], Bool[Array, " 
     horizons = jnp.concatenate([jnp.asarray(UP, dtype)[None], *planes])
     if planes:
         one, other = np.triu_indices(len(horizons), 1)
-        points.append(cross(horizons[one], horizons[other]))
-        there.append(jnp.any(points[-1] != 0.0, -1))
+        level = cross(horizons[one], horizons[other])
+        points.append(level)
+        # Parallel planes have one horizon; where rounding would make the two cross is anywhere.
+        there.append(norm(level) > ROUNDINGS * jnp.finfo(dtype).eps)
     for part in found:
         lines, arcs = _every(part.straight), _every(part.curved)
         azimuths.append(part.tangent.ravel())
