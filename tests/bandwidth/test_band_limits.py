@@ -360,4 +360,4 @@ def test_bands_of_the_same_coordinates_add_whatever_their_sense():
     one, other = BandLimit.box((1.0, 2.0)), BandLimit.box((0.5, 0.5), FLATLAND.turned())
     assert (one + other).extent("x") == 1.5
     with pytest.raises(ValueError, match=r"the same coordinates, but have x, theta and x, y, "):
-        one + BandLimit.box((1.0, 1.0, 1.0, 1.0), SPACE)
+        _ = one + BandLimit.box((1.0, 1.0, 1.0, 1.0), SPACE)
