@@ -37,6 +37,8 @@ SPACE = space.Scene.of(space.primitive(PANEL, emission=1.0))
 HERE, THERE = flatland.Receiver.at((0.0, 0.0)), space.Receiver.at((0.0, 0.0, 0.0))
 BALL = flatland.Scene.of(LAMP, flatland.primitive(flatland.Circles((0.0, 0.0), 0.5), name="ball"))
 FIELD = gaussian((0.0, 0.0), (1.0, 1.0))
+FLOOR = space.plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+HIGH = space.Receiver.at((0.0, 0.0, 0.5), (1.0, 0.0, 0.0))
 
 DARK = (
     "Nothing in the scene shines, so no light arrives: give a primitive an `emission`, or the "
@@ -49,6 +51,10 @@ AWAY = (
 INSIDE = (
     "The receiver lies inside of shape 1 (`ball`) and all that shines outside of it, so no light "
     "arrives."
+)
+COLLISION = (
+    "Shapes 1 and 0 run into each other and send unlike light: exact integrals do not know the "
+    "line in which they meet. Move them apart, or let one end at the other."
 )
 MANY = "Argument `at` must be one receiver, but holds (4,) of them: ask for each by jax.vmap."
 MANY_SCENES = (
@@ -74,6 +80,11 @@ def a_file(name, text):
         return read_scene(path)
 
     return make
+
+
+def sunk(shape, lamp=PANEL):
+    """A dark shape and a lamp that runs into it."""
+    return space.Scene.of(space.primitive(shape), space.primitive(lamp, emission=1.0))
 
 
 def dark(world, shape, at):
@@ -184,6 +195,16 @@ WRONG = {
         AWAY,
     ),
     "a receiver inside of a body": (lambda: flatland.irradiance(BALL, HERE), NoLight, INSIDE),
+    "a lamp that dips into a ball": (
+        lambda: space.irradiance(sunk(space.sphere((0.5, 0.0, 1.0), 0.3)), THERE),
+        ValueError,
+        COLLISION,
+    ),
+    "a wall that shines and a floor, both without end": (
+        lambda: space.irradiance(sunk(FLOOR, space.plane((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0))), HIGH),
+        ValueError,
+        COLLISION,
+    ),
     "the number of a shape that is not there": (
         lambda: flatland.Receiver.on_shape(FLAT, 7, 0.5),
         ValueError,
