@@ -286,11 +286,9 @@ def radius_for(
     tolerance = as_float(tolerance)
     flat = size == 0.0
     safe = jnp.where(flat, 1.0, size)
-    # Roots before the quotient: the square of a derivative may leave the range of float32, and so
-    # may the slope of the root, which is that of a number near one times a constant.
+    # Roots before the quotient: the square of a derivative may leave the range of float32.
     reach = (nan_unless(tolerance > 0, tolerance) / law.factor) ** (1.0 / law.exponent)
-    unit, power = _unit(safe[..., None]), law.power / law.exponent
-    return jnp.where(flat, jnp.inf, reach / unit**power / (safe / unit) ** power)
+    return jnp.where(flat, jnp.inf, reach / safe ** (law.power / law.exponent))
 
 
 def _coefficient(
