@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from firstorder.space import (
+    Receiver,
     Scene,
     boundary_gradient,
     box,
@@ -338,6 +339,21 @@ def town():
         return irradiance(scene, at, nodes=32), boundary_gradient(scene, at, nodes=32)
 
     return jax.jit(jax.vmap(value))(jnp.array([0.0, 1.1, 0.0]), jnp.array([1.0, 1.0, 2.5]))
+
+
+@pytest.mark.parametrize("long", [0.5, 5.0, 500.0])
+def test_edges_of_a_long_lamp_take_no_more_nodes(long):
+    """Nodes even along a tube of ten metres, half a metre away, lost a sixth of the gradient."""
+    lamp = rectangle((0.3, 0.1, 1.0), (0.0, long, 0.0), (0.4, 0.0, 0.0))
+    scene, n = Scene.of(primitive(lamp, emission=1.0)), (0.3, 0.1, 1.0)
+
+    def both(x):
+        at = Receiver.at(x, n)
+        slope = jax.grad(lambda x: irradiance(scene, Receiver.at(x, n)))(x)
+        return boundary_gradient(scene, at), slope @ at.axes
+
+    found, slope = jax.jit(both)(jnp.array([0.0, 0.0, 0.5]))
+    np.testing.assert_allclose(found, slope, rtol=1e-11)
 
 
 def test_a_turned_scene_has_a_turned_gradient():

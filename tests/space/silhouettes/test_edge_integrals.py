@@ -246,3 +246,51 @@ def test_points_on_an_arc_have_its_radius_its_chord_and_its_length():
     ends = [center + a * jnp.cos(t) + b * jnp.sin(t) for t in (first, last)]
     np.testing.assert_allclose(w @ v, ends[1] - ends[0], rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(w @ jnp.linalg.norm(v, axis=-1), 0.6 * 1.7, rtol=1e-12)
+
+
+SEGMENT = np.array([[0.3, -0.4, 0.5], [0.7, 0.2, 0.9]])
+
+
+def rate(start, end, nodes=12):
+    """The vector `integral of p x dp / |p|^3` along a segment."""
+    p, v, w = edge_integrals.line_points(start, end, nodes)
+    r3 = jnp.sum(p * p, -1, keepdims=True) ** 1.5
+    return jnp.sum(w[..., None] * jnp.cross(p, v) / r3, -2)
+
+
+def rate_of_a_segment(start, end):
+    """In closed form: the difference of the sines of sight, over the distance of its line."""
+    e = (end - start) / np.linalg.norm(end - start)
+    h2 = np.sum(np.cross(start, e) ** 2)
+    sines = [np.dot(q, e) / np.linalg.norm(q) for q in (start, end)]
+    return np.cross(start, e) * (sines[1] - sines[0]) / h2
+
+
+@pytest.mark.parametrize("long", [1.0, 1e3, 1e6])
+def test_edges_of_any_length_take_few_nodes(long):
+    """Beside an edge a million times as long as it is far as well, but for rounding of its end."""
+    start, end = SEGMENT[0] - long * (SEGMENT[1] - SEGMENT[0]), SEGMENT[1]
+    found = jax.jit(rate)(start, end)
+    np.testing.assert_allclose(found, rate_of_a_segment(start, end), rtol=1e-9)
+    near = jax.jit(rate)(*SEGMENT)
+    np.testing.assert_allclose(near, rate_of_a_segment(*SEGMENT), rtol=1e-13)
+
+
+@pytest.mark.parametrize("unit", [1e-18, 1e-9, 1e12])
+def test_nodes_of_a_segment_are_those_of_every_unit_in_single_precision(unit):
+    found = edge_integrals.line_points(*jnp.asarray(unit * SEGMENT, "float32"), 5)
+    true = edge_integrals.line_points(*jnp.asarray(SEGMENT), 5)
+    for a, b in zip(found[:2], true[:2], strict=True):
+        np.testing.assert_allclose(a, unit * np.asarray(b), rtol=1e-5)
+
+
+@pytest.mark.parametrize("aside", [0.0, 1e-200, 1e-12])
+def test_a_segment_that_is_seen_end_on_sweeps_nothing(aside):
+    def swept(h):
+        start = jnp.stack([h, jnp.zeros_like(h), jnp.ones_like(h)])
+        return jnp.sum(rate(start, start + jnp.array([0.0, 0.0, 2.0])))
+
+    value, slope = jax.jit(jax.value_and_grad(swept))(jnp.asarray(aside))
+    # p x dp / |p|^3 = -h dz / z^3 along y
+    np.testing.assert_allclose(value, -aside * 0.5 * (1.0 - 1.0 / 9.0), rtol=1e-3, atol=1e-30)
+    np.testing.assert_allclose(slope, -0.5 * (1.0 - 1.0 / 9.0), rtol=1e-3)

@@ -196,14 +196,16 @@ def test_walls_stand_on_the_horizon_as_wide_as_they_are():
 
 
 @pytest.mark.parametrize("nodes", [1, 4])
-def test_nodes_on_straight_pieces_integrate_along_them(nodes):
+def test_nodes_on_straight_pieces_are_even_in_the_angle_of_sight(nodes):
     found = _pieces(walls(1.0), receiver((0.0, 0.0, 0.0)))
     p, v, w = (np.asarray(a) for a in found.on_lines(nodes))
     start, end = np.asarray(found.start), np.asarray(found.end)
-    np.testing.assert_allclose(np.sum(w[..., None] * v, 1), end - start, rtol=0.0, atol=1e-15)
-    np.testing.assert_allclose(
-        np.sum(w[..., None] * p, 1), 0.5 * (start + end), rtol=0.0, atol=1e-15
-    )
+    aside = np.cross(p - start[:, None], (end - start)[:, None])
+    np.testing.assert_allclose(aside, 0.0, rtol=0.0, atol=1e-14)
+    turned = np.linalg.norm(np.cross(p, v), axis=-1) / np.sum(p * p, -1)
+    angle = np.arctan2(np.linalg.norm(np.cross(start, end), axis=-1), np.sum(start * end, -1))
+    np.testing.assert_allclose(turned, np.repeat(angle[:, None], nodes, 1), rtol=1e-12)
+    np.testing.assert_allclose(np.sum(w, 1), 1.0, rtol=1e-14)
 
 
 def test_inside_a_closed_shape_nothing_is_sound():

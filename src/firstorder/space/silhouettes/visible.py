@@ -23,7 +23,6 @@ from jaxtyping import Array, Bool, Float, Int
 from firstorder._display import Module
 from firstorder.numerics._batching import in_blocks
 from firstorder.numerics._compiled import compiled
-from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._select import either
 from firstorder.numerics._vectors import apart, cross, dot, rows
 from firstorder.scene._arguments import check_asked_one
@@ -39,7 +38,7 @@ from firstorder.space.silhouettes._crossings import (
     lines_on_planes,
 )
 from firstorder.space.silhouettes._curves import SilhouetteArcs, SilhouetteSegments
-from firstorder.space.silhouettes._edge_integrals import arc_points
+from firstorder.space.silhouettes._edge_integrals import arc_points, line_points
 from firstorder.space.silhouettes._sides import SilhouetteSides
 from firstorder.space.silhouettes.analytic import (
     IS_CENTER,
@@ -98,11 +97,7 @@ class VisibleSilhouettes(Module):
 
     def on_lines(self, nodes: int) -> tuple[Array, Array, Array]:
         """Points, derivatives and quadrature weights on straight pieces: (s, nodes, ...)."""
-        x, w = (jnp.asarray(a, self.low.dtype) for a in gauss_legendre(nodes))
-        start, along = self.start, self.end - self.start
-        v = jnp.broadcast_to(along[:, None], (len(start), nodes, 3))
-        p = start[:, None] + (0.5 + 0.5 * x)[:, None] * v
-        return p, v, jnp.broadcast_to(0.5 * w, p.shape[:2])
+        return line_points(self.start, self.end, nodes)
 
 
 class _Pieces(Module):
