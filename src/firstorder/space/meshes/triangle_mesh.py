@@ -166,8 +166,9 @@ def _joined(vertices: np.ndarray, faces: np.ndarray, rim: np.ndarray) -> np.ndar
     """Faces with vertices in one place as one, on the rim and of faces that have two such."""
     corners = vertices[faces]
     pinched = np.any(np.all(corners == np.roll(corners, 1, axis=1), axis=-1), axis=1)
-    some = np.unique(np.concatenate([rim.ravel(), faces[pinched].ravel()]))
-    return _by_place(vertices, some)[faces]
+    some = np.zeros(len(vertices), bool)
+    some[rim] = some[faces[pinched]] = True
+    return _by_place(vertices, np.flatnonzero(some))[faces]
 
 
 def _by_place(vertices: np.ndarray, some: np.ndarray) -> np.ndarray:
