@@ -119,8 +119,8 @@ def test_faces_pinched_at_a_pole_have_no_edges():
     turned = mesh(v, f[:, ::-1])
     assert turned.closed
     # Between two others, with no boundary near, one counts as little.
-    flat = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]],
-                [[0, 1, 2], [3, 4, 2], [1, 3, 2]])  # fmt: skip
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]]
+    flat = mesh(corners, [[0, 1, 2], [3, 4, 2], [1, 3, 2]])
     assert sorted(map(tuple, np.sort(flat.sides, 1).tolist())) == [(-1, 0)] * 2 + [(-1, 1)] * 2 + [
         (0, 1)
     ]
@@ -174,9 +174,11 @@ def test_the_unit_of_length_is_of_no_matter_in_single_precision(unit):
 
 @pytest.mark.parametrize(
     ("precision", "unit"),
-    [("float32", 1e-30), ("float32", 1e-20), ("float32", 1e19), ("float32", 1e25),
-     ("float64", 1e-200), ("float64", 1e200)],
-)  # fmt: skip
+    [
+        *(("float32", unit) for unit in (1e-30, 1e-20, 1e19, 1e25)),
+        *(("float64", unit) for unit in (1e-200, 1e200)),
+    ],
+)
 def test_normals_of_tiny_and_of_vast_meshes_and_their_derivatives_are_those_of_others(
     precision, unit
 ):

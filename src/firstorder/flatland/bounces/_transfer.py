@@ -66,7 +66,7 @@ class _Gaps(Module):
 
 
 def _gaps(scene: Scene, panels: Panels, at: Receiver, moving: bool) -> _Gaps:
-    """What a receiver sees, gap by gap, and on which panels it lies."""
+    """The piece of a surface that a receiver sees in each gap, with the panels of its ends."""
     fixed = jax.lax.stop_gradient(at)
     seen = view(scene, at, cuts=_seams(scene))
     ends = jax.lax.stop_gradient(seen.angles)

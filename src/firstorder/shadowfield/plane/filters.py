@@ -115,7 +115,7 @@ class RayFilter(Module):
 
     @property
     def area(self) -> Scalar:
-        """Area of the filter in frequency; of soft edges half, as much as passes [cycles^2/m^2]."""
+        """Area of the filter in frequency; half of its soft edges, which passes [cycles^2/m^2]."""
         return 2.0 * self.Omega_y_max * (self.width + 2.0 * self.margin)
 
     def corners(self) -> Float[Array, "4 2"]:

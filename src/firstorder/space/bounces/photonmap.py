@@ -142,7 +142,7 @@ def photon_irradiance(
         at: receivers that lie on shapes; only the sign of their normals counts.
 
     Returns:
-        For each receiver; of the nearest, zero on a side with fewer than two photons [W/m^2].
+        For each receiver; by the nearest photons, zero on a side with fewer than two [W/m^2].
 
     Raises:
         ValueError: if a receiver lies on no shape.

@@ -230,13 +230,11 @@ def vertex_normals(mesh: Mesh) -> Float[Array, "v 3"]:
         >>> vertex_normals(square)[2].tolist()
         [0.0, 0.0, 1.0]
     """
-    corners, back = mesh.corners, (mesh.faces, jnp.roll(mesh.faces, -1, 1))
-    edges = jnp.roll(corners, -1, 1) - corners
+    edges = jnp.roll(mesh.corners, -1, 1) - mesh.corners
     size = power_of_two(edges)
     # In units of the least edge around each vertex: squares of lengths would leave the range.
     least = jnp.full_like(mesh.vertices[:, 0], jnp.inf)
-    for ends in back:
-        least = least.at[ends].min(size)
+    least = least.at[mesh.faces].min(size).at[jnp.roll(mesh.faces, -1, 1)].min(size)
     before, sizes = -jnp.roll(edges, 1, 1), (size, jnp.roll(size, 1, 1))
     a, b = (edge / s[..., None] for edge, s in zip((edges, before), sizes, strict=True))
     weight = dot(a, a) * dot(b, b)

@@ -96,7 +96,7 @@ class VisibleSilhouettes(Module):
         return arc_points(arcs.center, arcs.a, arcs.b, arcs.first, arcs.last, nodes)
 
     def on_lines(self, nodes: int) -> tuple[Array, Array, Array]:
-        """Points, derivatives and quadrature weights on straight pieces: (s, nodes, ...)."""
+        """The same on straight pieces, even in the angle of sight: (s, nodes, ...)."""
         return line_points(self.start, self.end, nodes)
 
 
