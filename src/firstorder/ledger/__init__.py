@@ -3,14 +3,8 @@
 A folder of Python files lists its rows; `firstorder ledger FOLDER` gathers and judges them.
 """
 
-from firstorder.ledger.attacks import (
-    FACTORS,
-    REQUIRED,
-    Attacked,
-    attack,
-    functions_of,
-    put_out,
-)
+from firstorder.ledger._out_of_true import put_out
+from firstorder.ledger.attacks import FACTORS, REQUIRED, Attacked, attack, functions_of
 from firstorder.ledger.catalogue import Entry, own_entry, read_catalogue
 from firstorder.ledger.gathering import Ledger, gather
 from firstorder.ledger.judging import (

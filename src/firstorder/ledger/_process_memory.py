@@ -32,9 +32,10 @@ def forgotten(folders: Sequence[pathlib.Path]) -> Iterator[None]:
         forget(folders)
 
 
-def forget(folders: Sequence[pathlib.Path]) -> None:
-    """Clears JAX's caches, and those of all cached functions of some folders."""
-    jax.clear_caches()
+def forget(folders: Sequence[pathlib.Path], *, programs: bool = True) -> None:
+    """Clears the caches of all cached functions of some folders, and of JAX's programs or not."""
+    if programs:
+        jax.clear_caches()
     key = (*folders, len(sys.modules))  # to look through them again takes longer than to forget
     if key not in _known:
         _known.clear()

@@ -7,24 +7,17 @@ computed or compiled before is forgotten for the time being, and afterwards all 
 
 from __future__ import annotations
 
-import contextlib
-import copy
 import dataclasses
-import functools
 import importlib
 import inspect
 import math
 import pathlib
 import sys
 import types
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-import jax
-import jax.numpy as jnp
-import numpy as np
-
-from firstorder.fields.spectrum import Spectrum, SumSpectrum
+from firstorder.ledger._out_of_true import Dial, turned
 from firstorder.ledger._process_memory import forget, forgotten, layers
 from firstorder.ledger.judging import judge_route
 from firstorder.ledger.rows import NUMERIC, Check, Row
@@ -126,23 +119,35 @@ def attack(rows: Sequence[Row], factors: Sequence[float] = FACTORS) -> list[Atta
     functions = functions_of(rows[0].implements)
     folders = _folders(functions, rows)
     called, noticed = {r.equation: False for r in rows}, {r.equation: {} for r in rows}
-    for factor in factors:
-        calls: list[None] = []
-        with put_out(functions, factor, functools.partial(calls.append, None)), forgotten(folders):
+    dial = Dial(1.0)
+    with turned(functions, dial), forgotten(folders):
+        for factor in factors:
+            _turn(dial, factor, folders)
             for row in rows:
-                calls.clear()
+                dial.calls = 0
                 before = noticed[row.equation].values()  # a route that noticed once goes first
                 routes = sorted(NUMERIC, key=lambda route: route not in before)
                 route = _first_to_notice(row, routes)
-                if not route and not calls:  # what an earlier row has called may be remembered
+                if not route and not dial.calls:  # what an earlier row has called is remembered
                     forget(folders)
                     route = _first_to_notice(row, routes)
                 noticed[row.equation][factor] = route
-                called[row.equation] |= bool(calls)
+                called[row.equation] |= dial.calls > 0
     return [
         Attacked(r.equation, r.implements, r.unnoticed, noticed[r.equation], called[r.equation])
         for r in rows
     ]
+
+
+def _turn(dial: Dial, factor: float, folders: Sequence[pathlib.Path]) -> None:
+    """Another factor; what was computed with the last one is forgotten.
+
+    Programs compiled with it read the dial when they run and are kept, which halves the time of an
+    attack, unless a number in one of them is off by the last factor for good.
+    """
+    dial.factor = factor
+    forget(folders, programs=dial.baked)
+    dial.baked = False
 
 
 def _first_to_notice(row: Row, routes: Sequence[str]) -> str:
@@ -206,121 +211,6 @@ def _of_class(cls: type) -> list[types.FunctionType]:
 def _plain(member: Any) -> list[types.FunctionType]:
     """The plain function inside a property, a class method, a cached or a compiled function."""
     return next(([layer] for layer in layers(member) if inspect.isfunction(layer)), [])
-
-
-# --- out of true, for a while --------------------------------------------------------------------
-
-
-@contextlib.contextmanager
-def put_out(
-    functions: Sequence[types.FunctionType], factor: float, seen: Callable[[], Any] = lambda: None
-) -> Iterator[None]:
-    """Inside, the results of some functions are off by a factor, whoever calls them.
-
-    Args:
-        functions: as `functions_of` finds them.
-        factor: of every floating number in a result, and of what a returned function returns.
-        seen: called with every call.
-
-    Example:
-        >>> from firstorder.ledger import functions_of, put_out
-        >>> from firstorder.conventions import mirror_direction
-        >>> with put_out(functions_of("firstorder.conventions.mirror_direction"), 2.0):
-        ...     mirror_direction(0.25, 0.0)
-        -0.5
-        >>> mirror_direction(0.25, 0.0)
-        -0.25
-    """
-    right = [(f, f.__code__) for f in functions]
-    scaling: list[None] = []  # not empty while a result is scaled: what that calls is not meant
-    try:
-        for f, code in right:
-            f.__code__ = _detour(code, _wrong(f, factor, seen, scaling))
-        yield
-    finally:
-        for f, code in right:
-            f.__code__ = code
-
-
-def _wrong(
-    f: types.FunctionType, factor: float, seen: Callable[[], Any], scaling: list[None]
-) -> Callable[..., Any]:
-    """A copy of a function whose results are off."""
-    right = types.FunctionType(f.__code__, f.__globals__, f.__name__, f.__defaults__, f.__closure__)
-    right.__kwdefaults__ = f.__kwdefaults__
-    wrongly = _scale_fields if f.__name__ == "__init__" else _scaled
-
-    def wrong(*args, **kwargs):
-        result = right(*args, **kwargs)
-        if scaling:
-            return result
-        seen()
-        scaling.append(None)
-        try:
-            return wrongly(args[0] if wrongly is _scale_fields else result, factor)
-        finally:
-            scaling.pop()
-
-    return wrong
-
-
-def _detour(code: types.CodeType, to: Callable[..., Any]) -> types.CodeType:
-    """Code that calls another function, for a function that has this code.
-
-    A function takes only code of as many free variables as it has; these are named and not read.
-    """
-    free = ", ".join(f"free{k}" for k in range(len(code.co_freevars)))
-    made = compile(_DETOUR.format(free=free, read=free or "None"), "<detour>", "exec")
-    detour = _codes_in(_codes_in(made)[0])[0]
-    consts = tuple(to if c == "other" else c for c in detour.co_consts)
-    return detour.replace(co_consts=consts, co_filename=code.co_filename, co_name=code.co_name)
-
-
-_DETOUR = """
-def outer({free}):
-    def detour(*args, **kwargs):
-        other = "other"
-        return other(*args, **kwargs)
-        {read}
-"""
-
-
-def _codes_in(code: types.CodeType) -> list[types.CodeType]:
-    return [c for c in code.co_consts if isinstance(c, types.CodeType)]
-
-
-def _scaled(x: Any, factor: float) -> Any:
-    """All floating numbers in a result times a factor, and all values of a spectrum.
-
-    A spectrum is not known by its numbers: if all its lengths grow alike, it may stay what it was.
-    """
-    scale = functools.partial(_scaled_leaf, factor=factor)
-    return jax.tree.map(scale, x, is_leaf=lambda part: isinstance(part, Spectrum))
-
-
-def _scaled_leaf(x: Any, factor: float) -> Any:
-    if isinstance(x, (float, complex, np.inexact)) or _floating(x):
-        return x * factor
-    if isinstance(x, Spectrum):
-        return SumSpectrum((x,), jnp.array([factor]))
-    if inspect.isfunction(x) or isinstance(x, (functools.partial, types.MethodType)):
-        return lambda *args, **kwargs: _scaled(x(*args, **kwargs), factor)
-    if dataclasses.is_dataclass(x) and not inspect.isclass(x):  # one that is no tree
-        x = copy.copy(x)
-        _scale_fields(x, factor)
-    return x
-
-
-def _floating(x: Any) -> bool:
-    """Whether something is an array of floating or complex numbers."""
-    return isinstance(x, (np.ndarray, jax.Array)) and np.issubdtype(x.dtype, np.inexact)
-
-
-def _scale_fields(x: Any, factor: float) -> None:
-    """Scale the numbers of a record where they stand, in a frozen one too."""
-    for field in dataclasses.fields(x):
-        if hasattr(x, field.name):
-            object.__setattr__(x, field.name, _scaled(getattr(x, field.name), factor))
 
 
 # --- where it lies -------------------------------------------------------------------------------
