@@ -95,10 +95,16 @@ def numbers_of(precision: str) -> Iterator[None]:
         yield
 
 
+def _compiled(world: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of a batch; in space, where it runs the longest, optimised as tests are not."""
+    options = {"xla_backend_optimization_level": 3} if world == "space" else None
+    return jax.jit(jax.vmap(function), compiler_options=options)
+
+
 @functools.cache
 def value(world: str, precision: str) -> Callable[..., Any]:
     """Irradiance of a batch, compiled."""
-    return jax.jit(jax.vmap(WORLDS[world].light))
+    return _compiled(world, WORLDS[world].light)
 
 
 @functools.cache
@@ -112,4 +118,4 @@ def jet(world: str, precision: str) -> Callable[..., Any]:
         (E, g), (_, turned) = jax.jvp(light, (s,), (steps,))
         return E, g, turned
 
-    return jax.jit(jax.vmap(both))
+    return _compiled(world, both)
