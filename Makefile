@@ -77,8 +77,8 @@ readme: figures
 check: $(READY)
 	$(BIN)/python -m derivations
 
-# What a test compiles runs once: it is compiled without optimisation, in two thirds of the time. The
-# ledger, the figures and the smoke set compile as a user's program does.
+# What a test compiles runs once: it is compiled without optimisation, in two thirds of the time. By
+# themselves the ledger, the figures and the smoke set compile as a user's program does.
 test: $(READY)
 	XLA_FLAGS="$(XLA_FLAGS) --xla_backend_optimization_level=0" \
 	    $(PYTEST) -n $(WORKERS) --maxprocesses 8 --durations 10 $(PYTEST_ARGS)
