@@ -201,9 +201,13 @@ WRONG = {
         ValueError,
         COLLISION,
     ),
-    "a wall that shines and a floor, both without end": (
+    "two floors in one place, of which one shines": (
         lambda: space.irradiance(
-            sunk(GROUND, space.plane((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0))), HIGH
+            sunk(
+                space.plane((0.0, 0.0, 0.0), (0.3, 0.1, 0.7)),
+                space.plane((0.0, 0.0, 0.0), (0.9, 0.3, 2.1)),
+            ),
+            HIGH,
         ),
         ValueError,
         COLLISION,

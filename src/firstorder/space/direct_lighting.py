@@ -89,7 +89,7 @@ def net_visibility(
         0.133975
     """
     check_asked_one(scene, Scene, at, Receiver, bands=True)
-    found = _outlines_from(scene, at)
+    found = _outlines_from(scene, at, common=False)  # which of two planes hides does not matter
     seen = jnp.zeros(scene.count + 1, at.position.dtype).at[-1].set(1.0)
     edges, sides, level, above = _contours(found, at.axes, segment_angle, arc_angle, nodes)
     total = sides.jump(seen) @ edges + seen[above] @ level

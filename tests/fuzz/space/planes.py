@@ -1,7 +1,8 @@
 """Classes of nasty scenes with planes, among balls, a box, a cylinder, a disc and flat shapes.
 
 A plane hides things, cuts their outlines at its horizon and may shine. Dark planes go through dark
-things; what shines is apart from all whose light is unlike its own, as `irradiance` asks.
+things; what shines is apart from all whose light is unlike its own, as `irradiance` asks, but for
+planes, which may meet.
 """
 
 from __future__ import annotations
@@ -113,6 +114,16 @@ def floor(s, rng):
 def shining_planes(s, rng):
     """Two parallel planes that shine, beyond all things on both sides."""
     s.ups[:, 1] = -s.ups[:, 0]
+    s.emission[:, PLANES] = rng.uniform(0.1, 1.0, (len(s.at), COUNT, 2))
+    for k in range(COUNT):
+        put(s, rng, k, beyond(s, k) + rng.uniform(0.1, 1.0, len(s.at)))
+
+
+@nasty
+def planes_that_meet(s, rng):
+    """Two planes that shine, beyond all things, at any angle or all but parallel."""
+    near = 10.0 ** rng.uniform(-4.0, 0.0, (len(s.at[::2]), 1))
+    s.ups[::2, 1] = unit(s.ups[::2, 0]) + near * rng.normal(size=s.ups[::2, 0].shape)
     s.emission[:, PLANES] = rng.uniform(0.1, 1.0, (len(s.at), COUNT, 2))
     for k in range(COUNT):
         put(s, rng, k, beyond(s, k) + rng.uniform(0.1, 1.0, len(s.at)))

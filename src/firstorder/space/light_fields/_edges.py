@@ -39,6 +39,7 @@ from firstorder.space.shapes.kinds import (
     Shape,
     Triangles,
 )
+from firstorder.space.silhouettes._common_lines import common_line
 from firstorder.space.silhouettes.analytic import BOX_ENDS
 from firstorder.typing import Ray, Scalar
 
@@ -190,12 +191,9 @@ def _of(shape: Shape, plane: Receiver, frame: Frame, axis: int) -> Sequence[Fiel
 def _common_line(one: Planes, other: Planes, plane: Receiver, frame: Frame) -> StraightLevel:
     """The level of the line in which two planes meet; of parallel ones some line of the first."""
     n, m = one.normal(one.center), other.normal(other.center)
-    along = cross(n, m)
-    square = dot(along, along)
-    meet = square > jnp.finfo(square.dtype).eps
-    reach = dot(m, other.center - one.center) / jnp.where(meet, square, jnp.inf)
-    start = one.center + reach * cross(along, n) - plane.position
-    end = start + jnp.where(meet, along, one.axes[:, 0])
+    ways = one.center - plane.position, other.center - plane.position
+    start, along, _ = common_line(n, m, dot(n, ways[0]), dot(m, ways[1]))
+    end = start + power_of_two(start) * along
     return StraightLevel(start @ plane.axes, end @ plane.axes, frame)
 
 

@@ -6,7 +6,9 @@ differs across it. A pair is found if
 
     of points of one surface some lie in the other body and some outside, or
     an edge of one shape, or a line along its surface, passes through the other one, or
-    both are planes that are not parallel.
+    both are planes in one place that rounding alone turns against each other.
+
+The line in which planes meet otherwise is known (`_common_lines`).
 
 Every pair that is found does meet, by more than rounding. A rim or a round side that dips in
 between two points may be missed.
@@ -230,7 +232,7 @@ class _One(NamedTuple):
 def _meeting(one: _One, other: _One) -> np.ndarray | None:
     """Points near the line in which two shapes meet, or None."""
     if one.kind is other.kind is Planes:
-        where = _common_line(one, other)
+        where = _almost_one(one, other)
         return where if len(where) else None
     for a, b in ((one, other), (other, one)):
         where = _entered(a, b) if b.closed else _cut(a, b)
@@ -292,19 +294,20 @@ def _cut(a: _One, b: _One) -> np.ndarray:
     return b.world(q[_gauge(b.kind, q) < 1.0 - slack])
 
 
-def _common_line(a: _One, b: _One) -> np.ndarray:
-    """Points of the line in which two planes meet, near and far; none if they are parallel."""
+def _almost_one(a: _One, b: _One) -> np.ndarray:
+    """Points all over two planes that are one but for rounding; none of any others.
+
+    Nobody knows which of the two is in front. Of parallel ones one is, everywhere.
+    """
     normals = np.stack([one.axes[:, 2] / np.linalg.norm(one.axes[:, 2]) for one in (a, b)])
-    along = np.cross(*normals)
-    sine = np.linalg.norm(along)
-    if sine <= _slack(normals):
-        return np.zeros((0, 3))
-    along = along / sine
     way = b.center - a.center
-    foot = a.center + np.linalg.lstsq(normals, np.array([0.0, normals[1] @ way]), rcond=None)[0]
-    size = np.linalg.norm(way) + np.linalg.norm(foot)
-    far = size * np.array([-1e6, -1e3, -1.0, 0.0, 1.0, 1e3, 1e6])
-    return foot + far[:, None] * along
+    size = np.linalg.norm(way) + np.linalg.norm(a.center)
+    rounding = 64.0 * np.finfo(way.dtype).eps
+    sine, apart = np.linalg.norm(np.cross(*normals)), abs(normals[0] @ way)
+    if not 0.0 < sine <= rounding or apart > rounding * size:
+        return np.zeros((0, 3))
+    far = (size + 1.0) * np.array([-1e6, -1.0, 1.0, 1e6])
+    return a.center + np.concatenate([far[:, None] * a.axes[:, k] for k in (0, 1)])
 
 
 def _slack(a: np.ndarray) -> float:

@@ -71,6 +71,7 @@ class _Outlines(Module):
         own: whether it is said to lie on that shape.
         kinds: class and number of the shapes, kind by kind.
         rank: which shape counts, where several are in the same place; None where nobody asks.
+        meeting: both planes of the last arcs, which are lines in which two meet: the owner first.
     """
 
     lines: Float[Array, "m 2 3"]
@@ -86,11 +87,13 @@ class _Outlines(Module):
     own: Bool[Array, " n"]
     kinds: tuple[tuple[type[Shape], int], ...] = eqx.field(static=True)
     rank: Int[Array, " n"] | None = None
+    meeting: tuple[tuple[int, int], ...] = eqx.field(static=True, default=())
 
     @property
     def owners(self) -> tuple[np.ndarray, np.ndarray]:
         """Owner of every segment and of every arc, known without an eye."""
-        return _owners(self.kinds)
+        lines, rims = _owners(self.kinds)
+        return lines, np.append(rims, [owner for owner, _ in self.meeting]).astype(int)
 
     @property
     def in_metres(self) -> tuple[Float[Array, "m 2 3"], Float[Array, "c 3 3"]]:

@@ -29,6 +29,7 @@ from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._intersect import MISS, highest, ranks
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
+from firstorder.space.silhouettes._common_lines import lines_of, with_common_lines
 from firstorder.space.silhouettes._crossings import (
     arc_ends,
     arcs_on_planes,
@@ -68,6 +69,7 @@ class VisibleSilhouettes(Module):
         azimuths: ends of the parts of the horizon, shape (h + 1,) [rad].
         above: number of the shape seen just above each part, -1 for the sky.
         sound: whether the receiver has a normal and is outside of all shapes.
+        common: how many of the arcs, the last ones, are seen as lines in which two planes meet.
     """
 
     straight: SilhouetteSegments
@@ -79,6 +81,7 @@ class VisibleSilhouettes(Module):
     azimuths: Float[Array, " h_1"]
     above: Int[Array, " h"]
     sound: Bool[Array, ""]
+    common: int = eqx.field(static=True, default=0)
 
     @property
     def start(self) -> Float[Array, "s 3"]:
@@ -93,7 +96,12 @@ class VisibleSilhouettes(Module):
     def on_arcs(self, nodes: int) -> tuple[Array, Array, Array]:
         """Points, their derivatives and quadrature weights on curved pieces: (c, nodes, ...)."""
         arcs = self.arcs
-        return arc_points(arcs.center, arcs.a, arcs.b, arcs.first, arcs.last, nodes)
+        p, v, w = arc_points(arcs.center, arcs.a, arcs.b, arcs.first, arcs.last, nodes)
+        if self.common:
+            bent = len(p) - self.common
+            line = lines_of(arcs.a[bent:], arcs.b[bent:], p[bent:])
+            p, v = (jnp.concatenate([a[:bent], b]) for a, b in zip((p, v), line, strict=True))
+        return p, v, w
 
     def on_lines(self, nodes: int) -> tuple[Array, Array, Array]:
         """The same on straight pieces, even in the angle of sight: (s, nodes, ...)."""
@@ -167,12 +175,21 @@ def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
         cut.azimuths,
         cut.above,
         _is_outside(scene, found) & jnp.all(jnp.isfinite(at.axes)),
+        len(found.meeting) * len(rims.seen) // max(len(found.arcs), 1),
     )
 
 
-def _outlines_from(scene: Scene, at: Receiver) -> _Outlines:
-    """All silhouettes relative to a receiver and in its frame."""
+def _outlines_from(scene: Scene, at: Receiver, *, common: bool = True) -> _Outlines:
+    """All silhouettes relative to a receiver and in its frame.
+
+    Args:
+        scene: the shapes.
+        at: the receiver.
+        common: whether the lines in which planes meet are among them.
+    """
     found = _outlines(scene, at.position, at.on, at.axes)
+    if common:
+        found = with_common_lines(found, scene, at.axes)
     rank = ranks(scene.material.emission)
     return eqx.tree_at(lambda o: o.rank, found, rank, is_leaf=lambda leaf: leaf is None)
 
@@ -322,8 +339,23 @@ def _seen(found: _Outlines, axes, lines, arcs, whose, low, high, azimuths):
     else:
         front, behind, goes_on = in_blocks(lambda pair: beside(pair, [])[0], pair, max(1, most))
         _, above = _ask(found, eye, turn, around)
-    seen = live & (p[:, 2] > 0.0) & (behind != owner) & (front == owner)
-    return SilhouetteSides(jnp.asarray(owner), seen, behind, (behind == MISS) | goes_on), above
+    sees, cut = (behind != owner) & (front == owner), (behind == MISS) | goes_on
+    if found.meeting:
+        # Where two planes meet both are as near, and either may be told to be in front.
+        other = np.concatenate([np.full(len(whose[0]), MISS), _others_of(found)[whose[1]]])
+        both = [(side == owner) | (side == other) for side in (front, behind)]
+        meets = other != MISS
+        sees, cut = either(meets, both[0] & both[1], sees), meets | cut
+        behind = either(meets, other, behind)
+    seen = live & (p[:, 2] > 0.0) & sees
+    return SilhouetteSides(jnp.asarray(owner), seen, behind, cut), above
+
+
+def _others_of(found: _Outlines) -> np.ndarray:
+    """For each arc the plane that meets its owner there; of other arcs none."""
+    others = np.full(len(found.arcs), MISS)
+    others[len(others) - len(found.meeting) :] = [other for _, other in found.meeting]
+    return others
 
 
 def _middles(lines: Array, arcs: Array, whose, low: Array, high: Array) -> tuple[Array, Array]:
