@@ -127,6 +127,8 @@ def planes_that_meet(s, rng):
     s.emission[:, PLANES] = rng.uniform(0.1, 1.0, (len(s.at), COUNT, 2))
     for k in range(COUNT):
         put(s, rng, k, beyond(s, k) + rng.uniform(0.1, 1.0, len(s.at)))
+    # The normals of every third are turned away from the receiver.
+    s.ups[::3] *= -1.0
 
 
 @nasty

@@ -1,3 +1,5 @@
+import itertools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -21,10 +23,11 @@ X, Y, Z = np.eye(3)
 SKY = 0.3
 
 
-def wall_over_a_floor(*emission):
-    """A wall a metre away that stands on a floor."""
-    planes = plane(X, -X), plane(0 * X, Z)
-    return Scene.of(*(primitive(p, emission=L) for p, L in zip(planes, emission, strict=True)))
+def wall_over_a_floor(*emission, ups=(1.0, 1.0)):
+    """A wall a metre away that stands on a floor; normals towards the room, or turned away."""
+    planes = plane(X, -ups[0] * X), plane(0 * X, ups[1] * Z)
+    things = zip(planes, emission, strict=True)
+    return Scene.of(*(primitive(p, emission=L, two_sided=True) for p, L in things))
 
 
 def lit_from_the_wall(height, distance):
@@ -32,14 +35,19 @@ def lit_from_the_wall(height, distance):
     return 0.5 * np.pi * (1.0 + height / np.hypot(height, distance))
 
 
+@pytest.mark.parametrize("ups", list(itertools.product((1.0, -1.0), repeat=2)))
 @pytest.mark.parametrize("height", [1e-6, 0.5, 3.0, 1e6])
-def test_light_of_a_wall_ends_at_the_floor(height):
+def test_light_of_a_wall_ends_at_the_floor(height, ups):
     at = Receiver.at(height * Z, X)
     true = lit_from_the_wall(height, 1.0)
-    np.testing.assert_allclose(irradiance(wall_over_a_floor(1.0, 0.0), at), true, rtol=1e-14)
-    rest = irradiance(wall_over_a_floor(0.0, 1.0), at)
+    np.testing.assert_allclose(
+        irradiance(wall_over_a_floor(1.0, 0.0, ups=ups), at), true, rtol=1e-14
+    )
+    rest = irradiance(wall_over_a_floor(0.0, 1.0, ups=ups), at)
     np.testing.assert_allclose(rest, np.pi - true, rtol=0.0, atol=1e-15)
-    np.testing.assert_allclose(irradiance(wall_over_a_floor(1.0, 1.0), at), np.pi, rtol=1e-14)
+    np.testing.assert_allclose(
+        irradiance(wall_over_a_floor(1.0, 1.0, ups=ups), at), np.pi, rtol=1e-14
+    )
 
 
 # --- planes at random ----------------------------------------------------------------------------

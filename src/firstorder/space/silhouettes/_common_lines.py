@@ -19,7 +19,7 @@ from jaxtyping import Array, Bool, Float
 
 from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._select import either
-from firstorder.numerics._vectors import cross, dot, orthonormal_frame
+from firstorder.numerics._vectors import cross, dot, norm, orthonormal_frame
 from firstorder.space.scene import Scene
 from firstorder.space.shapes.kinds import Planes
 from firstorder.space.silhouettes.analytic import _Outlines
@@ -49,13 +49,13 @@ def common_line(
         k: the same of the others [m].
 
     Returns:
-        The point nearest to the origin [m], the direction, and whether there is a line; of parallel
-        planes the first two are some line's on the first plane.
+        The point nearest to the origin [m], the direction of n x m, and whether there is a line; of
+        parallel planes the first two are some line's on the first plane.
     """
-    facing = jnp.where(dot(n, m) < 0.0, -1.0, 1.0)[..., None]
-    h, k, apart = h[..., None], facing * k[..., None], facing * m - n
     # Products with the difference of the normals keep the digits of planes that are all but
     # parallel: what points along them must, for their line is far away.
+    facing = jnp.where(dot(n, m) < 0.0, -1.0, 1.0)[..., None]
+    h, k, apart = facing * h[..., None], k[..., None], m - facing * n
     along = cross(n, apart)
     square = dot(along, along)[..., None]
     meet = square > (ROUNDINGS * jnp.finfo(square.dtype).eps) ** 2
@@ -63,7 +63,7 @@ def common_line(
     beside = cross(along, n)
     slope = either(meet, dot(apart, beside)[..., None], jnp.inf)
     reach = (k - h + 0.5 * h * dot(apart, apart)[..., None]) / slope
-    return h * n + reach * beside, along, meet[..., 0]
+    return facing * h * n + reach * beside, along, meet[..., 0]
 
 
 def _half_circles(n: Array, m: Array, h: Array, k: Array) -> tuple[Array, Array]:
@@ -82,8 +82,7 @@ def _half_circles(n: Array, m: Array, h: Array, k: Array) -> tuple[Array, Array]
     nearest, along, meet = common_line(n, m, h / size, k / size)
     seen = (meet & (h != 0.0) & (k != 0.0))[:, None]
     far = jnp.sqrt(either(seen, dot(nearest, nearest)[:, None], 1.0))
-    same = (h > 0.0) == (k * dot(n, m) > 0.0)
-    ahead = jnp.where(same[:, None], far, -far) * along
+    ahead = jnp.where(((h > 0.0) == (k > 0.0))[:, None], far, -far) * along
     arcs = size[:, None, None] * jnp.stack([jnp.zeros_like(ahead), nearest, ahead], 1)
     return arcs, seen[:, 0]
 
@@ -105,7 +104,7 @@ def with_common_lines(found: _Outlines, scene: Scene, frame: Float[Array, "3 3"]
     for which in pairs.T:
         # Row n of `turn` times a way is its height above the plane, in lengths of the normal.
         n = found.turn[which, 2]
-        size = jnp.sqrt(dot(n, n))
+        size = norm(n)
         normals.append(n / size[:, None] @ frame)
         heights.append(-found.eye[which, 2] / size * found.unit[which] / found.unit[pairs[:, 0]])
     arcs, meet = _half_circles(*normals, *heights)
