@@ -33,6 +33,36 @@ def test_the_half_axes_of_a_ball_are_its_radius():
     np.testing.assert_allclose(found.axes, [0.5 * np.eye(3)])
 
 
+def needle(wide):
+    """Corners of a triangle a metre long, from the tip on, and E beside it by quadrature."""
+    corners = np.array([(0.0, 0.0, 1.0), (1.0, 0.5 * wide, 1.0), (1.0, -0.5 * wide, 1.0)])
+    at, n = np.array([0.3, 0.2, 0.0]), np.array([0.1, 0.0, 1.0]) / np.hypot(0.1, 1.0)
+    x, w = np.polynomial.legendre.leggauss(40)
+    x = 0.5 + 0.5 * x
+    r = np.stack([x, 0.0 * x, 0.0 * x + 1.0], -1) - at
+    E = 0.5 * np.sum(w * wide * x * (r @ n) / np.sum(r * r, -1) ** 2)
+    return corners, Receiver.at(at, n), E
+
+
+BUILT = {
+    "triangle": lambda p: triangle(*p),
+    "traced": jax.jit(lambda p: triangle(*p)),
+    "polygon": polygon,
+    "triangles": lambda p: triangles(mesh(p, [[0, 1, 2]])),
+}
+
+
+@pytest.mark.parametrize("wide", [1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("built", BUILT)
+def test_a_needle_shines_the_same_from_each_corner_on(built, wide):
+    corners, at, E = needle(wide)
+    for first in range(3):
+        shape = BUILT[built](np.roll(corners, -first, 0))
+        found = irradiance(Scene.of(primitive(shape, emission=1.0, two_sided=True)), at)
+        # Of the narrowest the corners themselves are rounded to a hundred-millionth.
+        np.testing.assert_allclose(found, E, rtol=1e-8)
+
+
 def test_a_box_has_the_precision_of_that_corner_that_has_one():
     low, high = jnp.broadcast_to(jnp.asarray(0.0), (3,)), jnp.ones(3, jnp.float32)
     assert low.weak_type

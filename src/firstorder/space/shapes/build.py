@@ -19,7 +19,8 @@ from firstorder._argument_checks import (
 )
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._host import hosted
-from firstorder.numerics._vectors import cross, frame_along, near_one, norm, unit
+from firstorder.numerics._select import either
+from firstorder.numerics._vectors import cross, dot, frame_along, near_one, norm, unit
 from firstorder.space.meshes.triangle_mesh import Mesh
 from firstorder.space.shapes.kinds import (
     Boxes,
@@ -33,6 +34,7 @@ from firstorder.space.shapes.kinds import (
 from firstorder.typing import as_float
 
 MOST_FACES = 128  # a mesh of more comes with a warning of the time that irradiance takes
+TIP = 1e-3  # a side that is so much shorter than another one lies across from the tip of a needle
 
 
 def sphere(center: Any, radius: ArrayLike) -> Ellipsoids:
@@ -187,6 +189,7 @@ def triangle(a: Any, b: Any, c: Any) -> Triangles:
     a, b, c = as_float(a), as_float(b), as_float(c)
     for name, corner in (("a", a), ("b", b), ("c", c)):
         check_coordinates(name, corner)
+    a, b, c = _from_no_tip(a, b, c)
     return Triangles(a, _spanned(b - a, c - a))
 
 
@@ -235,7 +238,7 @@ def polygon(vertices: Any) -> Triangles:
     k = v.shape[0]
     corners = _ears(np.asarray(v)) if is_concrete(v) else [(0, i, i + 1) for i in range(1, k - 1)]
     index = np.array(corners)
-    a, b, c = v[index[:, 0]], v[index[:, 1]], v[index[:, 2]]
+    a, b, c = _from_no_tip(v[index[:, 0]], v[index[:, 1]], v[index[:, 2]])
     return Triangles(a, jax.vmap(_with_normal)(b - a, c - a))
 
 
@@ -271,7 +274,7 @@ def triangles(mesh: Mesh) -> Triangles:
             "render the mesh.",
             stacklevel=2,
         )
-    a, b, c = (mesh.corners[:, k] for k in range(3))
+    a, b, c = _from_no_tip(*(mesh.corners[:, k] for k in range(3)))
     axes = jax.vmap(_with_normal)(b - a, c - a)
     if is_concrete(axes):
         some = np.any(np.asarray(axes)[..., 2] != 0.0, axis=1)
@@ -279,6 +282,19 @@ def triangles(mesh: Mesh) -> Triangles:
             raise ValueError("Argument `mesh` must have a face with an area, but has none.")
         a, axes = a[some], axes[some]
     return Triangles(a, axes)
+
+
+@compiled
+def _from_no_tip(
+    a: Float[Array, "*n 3"], b: Float[Array, "*n 3"], c: Float[Array, "*n 3"]
+) -> tuple[Float[Array, "*n 3"], Float[Array, "*n 3"], Float[Array, "*n 3"]]:
+    """Corners of triangles in their order; of needles not from the tip on.
+
+    Edges that leave a tip point almost one way: of coordinates along both the sum is rounding.
+    """
+    short, long = c - b, b - a
+    tip = (dot(short, short) < TIP**2 * dot(long, long))[..., None]
+    return either(tip, b, a), either(tip, c, b), either(tip, a, c)
 
 
 def _spanned(u: Any, v: Any) -> Float[Array, "3 3"]:
