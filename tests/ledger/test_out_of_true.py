@@ -73,3 +73,9 @@ def test_a_number_that_a_program_holds_for_good_is_told():
         assert not dial.baked
         jax.jit(lambda x: x * half(2.0))(1.0)
         assert dial.baked
+
+
+def test_a_spectrum_in_single_precision_is_off_too():
+    with jax.enable_x64(False), put_out(functions_of(f"{HERE}.transform"), 1.5):
+        off = jax.jit(lambda w: transform()(w, w))(0.1)
+    assert complex(off) == pytest.approx(1.5 * complex(transform()(0.1, 0.1)), rel=1e-6)

@@ -148,7 +148,7 @@ def _scaled_leaf(x: Any, dial: Dial) -> Any:
     if isinstance(x, (float, complex, np.inexact)) or _floating(x):
         return dial.times(x)
     if isinstance(x, Spectrum):
-        return SumSpectrum((x,), dial.number(float)[None])
+        return SumSpectrum((x,), dial.number(jnp.result_type(float))[None])
     if inspect.isfunction(x) or isinstance(x, (functools.partial, types.MethodType)):
         return lambda *args, **kwargs: _scaled(x(*args, **kwargs), dial)
     if dataclasses.is_dataclass(x) and not inspect.isclass(x):  # one that is no tree
