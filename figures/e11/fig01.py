@@ -119,6 +119,7 @@ def _claims(scene, true, one: compared.Judged, quick) -> list[Statement | Measur
     equal = spread(compared.equal_stratified(some, rms))
     worse, worse_error = spread(rms[:, compared.COUNTS.index(64)] / some.rms)
     dense = (2000 if quick else compared.PAPER_RAYS) / len(table.near)
+    dense = dense if dense < 1.0 else round(dense)  # rays are whole, and 11 of them are the paper's
     paper = compared.repeated(scene, true, dense, BAND, seeds, scene.every(16 if not quick else 4),
                               own=(64, 0))  # fmt: skip
     count, count_error = spread(paper.effective)
