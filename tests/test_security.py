@@ -24,10 +24,8 @@ RUNNING = {"eval", "exec", "compile", "__import__", "parse_expr", "execfile"}
 STARTING = {"system", "popen", "startfile", "fork", "forkpty"}
 # The ledger runs the user's own Python anyway: no data comes near it.
 OF_THE_LEDGER = {
-    (
-        "src/firstorder/ledger/_out_of_true.py",
-        "compile",
-    ),  # a constant text, with names of variables
+    # A constant text, with names of variables.
+    ("src/firstorder/ledger/_out_of_true.py", "compile"),
     ("src/firstorder/ledger/reporting.py", "multiprocessing"),  # rows are checked side by side
 }
 # One module speaks to a scheduler whose address the caller gives, and to no other: pickles travel.

@@ -37,8 +37,6 @@ SPACE = space.Scene.of(space.primitive(PANEL, emission=1.0))
 HERE, THERE = flatland.Receiver.at((0.0, 0.0)), space.Receiver.at((0.0, 0.0, 0.0))
 BALL = flatland.Scene.of(LAMP, flatland.primitive(flatland.Circles((0.0, 0.0), 0.5), name="ball"))
 FIELD = gaussian((0.0, 0.0), (1.0, 1.0))
-GROUND = space.plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-WALL = space.plane((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
 HIGH = space.Receiver.at((0.0, 0.0, 0.5), (1.0, 0.0, 0.0))
 
 DARK = (

@@ -13,6 +13,7 @@ from firstorder.space import (
     net_visibility,
     plane,
     primitive,
+    rectangle,
     sphere,
     vector_irradiance,
     visible_silhouettes,
@@ -48,6 +49,13 @@ def test_light_of_a_wall_ends_at_the_floor(height, ups):
     np.testing.assert_allclose(
         irradiance(wall_over_a_floor(1.0, 1.0, ups=ups), at), np.pi, rtol=1e-14
     )
+
+
+def test_a_rectangle_in_the_place_of_the_floor_ends_at_the_wall():
+    short = rectangle(-8.0 * X, 9.0 * X, 1e3 * Y)
+    scene = Scene.of(primitive(plane(X, -X), emission=1.0), primitive(short))
+    found = irradiance(scene, Receiver.at(0.5 * Z, X))
+    np.testing.assert_allclose(found, lit_from_the_wall(0.5, 1.0), rtol=1e-5)
 
 
 # --- planes at random ----------------------------------------------------------------------------
@@ -103,7 +111,10 @@ def in_all_ways(places, normals, light, x, n):
         return Receiver.at(x, n)
 
     scene = planes(places, normals, light)
-    E = lambda x: irradiance(scene, at(x))  # noqa: E731
+
+    def E(x):
+        return irradiance(scene, at(x))
+
     moved = at(x).axes @ boundary_gradient(scene, at(x))
     return jax.grad(E)(x), jax.hessian(E)(x), moved, vector_irradiance(scene, at(x)), E(x)
 
@@ -163,7 +174,7 @@ def test_planes_that_are_all_but_parallel_meet_far_away(precision, unit):
             # It is half a metre lower where it meets the other one: a lune of slope 2 tan(angle).
             share = 0.5 * np.pi * (1.0 - 1.0 / np.hypot(1.0, 2.0 * np.tan(angle)))
             found = float(beyond(jnp.asarray(angle, precision)))
-            assert found == pytest.approx(share, abs=64.0 * eps), angle
+            assert found == pytest.approx(share, abs=8.0 * eps), angle
 
 
 def test_a_receiver_on_one_of_two_planes_sees_the_other_alone():
@@ -206,7 +217,7 @@ def test_every_pair_of_planes_has_a_line():
     assert visible_silhouettes(scene, Receiver.at(Z)).common > 0
 
 
-@pytest.mark.parametrize("fault", ["none", "the other side", "full circles"])
+@pytest.mark.parametrize("fault", ["none", "the other side", "behind"])
 def test_a_wrong_line_is_noticed(fault, monkeypatch):
     right = _common_lines._half_circles
 
@@ -214,9 +225,8 @@ def test_a_wrong_line_is_noticed(fault, monkeypatch):
         arcs, meet = right(*args)
         if fault == "none":
             return arcs, jnp.zeros_like(meet)
-        return arcs * jnp.array(
-            [1.0, 1.0, -1.0] if fault == "the other side" else [1.0, -1.0, 1.0]
-        )[:, None], meet
+        turned = 2 if fault == "the other side" else 1  # the direction, or the nearest point
+        return arcs.at[:, turned].multiply(-1.0), meet
 
     monkeypatch.setattr(_common_lines, "_half_circles", wrong)
     found = irradiance(wall_over_a_floor(1.0, 0.0), Receiver.at(0.5 * Z, X))

@@ -306,7 +306,7 @@ def _almost_one(a: _One, b: _One) -> np.ndarray:
     sine, apart = np.linalg.norm(np.cross(*normals)), abs(normals[0] @ way)
     if not 0.0 < sine <= rounding or apart > rounding * size:
         return np.zeros((0, 3))
-    far = (size + 1.0) * np.array([-1e6, -1.0, 1.0, 1e6])
+    far = (size or 1.0) * np.array([-1e6, -1.0, 1.0, 1e6])
     return a.center + np.concatenate([far[:, None] * a.axes[:, k] for k in (0, 1)])
 
 

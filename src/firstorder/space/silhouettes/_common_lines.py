@@ -39,8 +39,8 @@ def common_line(
 ) -> tuple[Float[Array, "*l 3"], Float[Array, "*l 3"], Bool[Array, "*l"]]:
     """The lines in which planes `n . p = h` and `m . p = k` meet.
 
-    The angle between the planes is known to a rounding, and where they are all but parallel so is
-    the place of the line along them; its height over the first one is right to rounding.
+    Of planes that are all but parallel the line is far away, and its place along them is known to a
+    rounding over their angle. Its distance from the first plane is zero to rounding at any angle.
 
     Args:
         n: unit normals.
@@ -97,9 +97,10 @@ def with_common_lines(found: _Outlines, scene: Scene, frame: Float[Array, "3 3"]
         scene: the shapes.
         frame: axes in which the silhouettes are given, as columns.
     """
-    pairs = np.array(pairs_of_planes(scene))
-    if not len(pairs):
+    meeting = tuple(pairs_of_planes(scene))
+    if not meeting:
         return found
+    pairs = np.array(meeting)
     normals, heights = [], []
     for which in pairs.T:
         # Row n of `turn` times a way is its height above the plane, in lengths of the normal.
@@ -116,7 +117,7 @@ def with_common_lines(found: _Outlines, scene: Scene, frame: Float[Array, "3 3"]
         first=jnp.concatenate([found.first, -quarter]),
         last=jnp.concatenate([found.last, quarter]),
         arcs_live=jnp.concatenate([found.arcs_live, live & meet]),
-        meeting=tuple(pairs_of_planes(scene)),
+        meeting=meeting,
     )
 
 

@@ -104,7 +104,10 @@ class VisibleSilhouettes(Module):
         return p, v, w
 
     def on_lines(self, nodes: int) -> tuple[Array, Array, Array]:
-        """The same on straight pieces, even in the angle of sight: (s, nodes, ...)."""
+        """Points, their derivatives and quadrature weights on straight pieces: (s, nodes, ...).
+
+        They are even in the angle of sight.
+        """
         return line_points(self.start, self.end, nodes)
 
 
