@@ -474,6 +474,13 @@ NAN = {
         ),
         THERE,
     ),
+    "a lamp of space whose edge dips into a ball": lambda x: space.irradiance(
+        space.Scene.of(
+            space.primitive(PANEL, emission=1.0),
+            space.primitive(space.sphere((0.5, 0.0, 0.8 + x), 0.1)),
+        ),
+        THERE,
+    ),
 }
 
 

@@ -209,7 +209,7 @@ def _sheet(start, edges, origin, d, holds: Callable[..., np.ndarray]) -> np.ndar
 
 def refused(s: Space, eps: float) -> np.ndarray:
     """Scenes that may be NaN: the receiver is in a body, or on one, on a plane or on the triangle
-    and does not name it; or a lamp runs into one, where light is NaN in place of less than none.
+    and does not name it; or a lamp runs into one, so that the edges of light do not close.
     """
     slack = 16.0 * eps * s.size
     found = _in_the_triangle(s, eps) | _in_a_plane(s, eps)
@@ -220,13 +220,16 @@ def refused(s: Space, eps: float) -> np.ndarray:
     w = np.einsum("bij,bj->bi", inverse, s.at - s.box[:, 0])
     thin = np.min(np.linalg.norm(s.box[:, 1:], axis=-1), -1)
     found |= (np.max(np.abs(w), -1) <= 1.0 + slack / thin) & (s.on != BOX)
-    found |= _in_a_cylinder(s, slack)
+    narrow = np.min(np.linalg.norm(s.cylinders[:, :, 1:], axis=-1), -1)
+    near = 1.0 + slack[:, None] / narrow
+    found |= np.any(_in_cylinders(s, s.at[:, None])[:, 0] <= near, -1)
     for points in _lit_points(s, 33):
         for k in range(2):
             far = _distances(points, s.spheres[:, k, :3])
             found |= np.any(far < s.spheres[:, k, None, 3], 1)
         w = (points - s.box[:, None, 0]) @ np.swapaxes(inverse, 1, 2)
         found |= np.any(np.all(np.abs(w) < 1.0, -1), 1)
+        found |= np.any(_in_cylinders(s, points) < 1.0, (1, 2))
     return found
 
 
@@ -279,13 +282,11 @@ def _in_the_triangle(s: Space, eps: float) -> np.ndarray:
     return within & (np.abs(height) <= 16.0 * eps * s.size) & (s.on != s.triangle_number)
 
 
-def _in_a_cylinder(s: Space, slack: np.ndarray) -> np.ndarray:
-    """Receivers in a cylinder, or on one."""
+def _in_cylinders(s: Space, points: np.ndarray) -> np.ndarray:
+    """How far points (b, p, 3) are in each cylinder, as a share of the way to its wall or end."""
     inverse = np.linalg.inv(np.swapaxes(s.cylinders[:, :, 1:], -2, -1))
-    w = np.einsum("bcij,bcj->bci", inverse, s.at[:, None] - s.cylinders[:, :, 0])
-    thin = np.min(np.linalg.norm(s.cylinders[:, :, 1:], axis=-1), -1)
-    reach = np.maximum(np.hypot(w[..., 0], w[..., 1]), np.abs(w[..., 2]))
-    return np.any(reach <= 1.0 + slack[:, None] / thin, -1)
+    w = np.einsum("bcij,bpcj->bpci", inverse, points[:, :, None] - s.cylinders[:, None, :, 0])
+    return np.maximum(np.hypot(w[..., 0], w[..., 1]), np.abs(w[..., 2]))
 
 
 def _in_a_plane(s: Space, eps: float) -> np.ndarray:

@@ -29,6 +29,7 @@ from firstorder.scene._arguments import check_asked_one
 from firstorder.scene._intersect import MISS, highest, ranks
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
+from firstorder.space.silhouettes._closure import chords
 from firstorder.space.silhouettes._common_lines import lines_of, with_common_lines
 from firstorder.space.silhouettes._crossings import (
     arc_ends,
@@ -68,6 +69,8 @@ class VisibleSilhouettes(Module):
         rims: what lies on either side of those.
         azimuths: ends of the parts of the horizon, shape (h + 1,) [rad].
         above: number of the shape seen just above each part, -1 for the sky.
+        chords: the way in direction from the start to the end of each piece: of straight ones, of
+            curved ones, of the parts of the horizon.
         sound: whether the receiver has a normal and is outside of all shapes.
         common: how many of the arcs, the last ones, are seen as lines in which two planes meet.
     """
@@ -80,6 +83,7 @@ class VisibleSilhouettes(Module):
     rims: SilhouetteSides
     azimuths: Float[Array, " h_1"]
     above: Int[Array, " h"]
+    chords: Float[Array, "p 3"]
     sound: Bool[Array, ""]
     common: int = eqx.field(static=True, default=0)
 
@@ -122,6 +126,8 @@ class _Pieces(Module):
         sides: what lies on either side of the parts, likewise.
         azimuths: ends of the parts of the horizon [rad].
         above: number of the shape seen just above each part of the horizon, -1 for the sky.
+        chords: the way in direction from the start to the end of each part, and of each of those of
+            the horizon.
         straight: number of the straight parts.
     """
 
@@ -132,6 +138,7 @@ class _Pieces(Module):
     sides: SilhouetteSides
     azimuths: Float[Array, " h_1"]
     above: Int[Array, " h"]
+    chords: Float[Array, "p 3"]
     straight: int = eqx.field(static=True)
 
     def apart(self, tree: Any) -> tuple[Any, Any]:
@@ -177,6 +184,7 @@ def visible_silhouettes(scene: Scene, at: Receiver) -> VisibleSilhouettes:
         rims,
         cut.azimuths,
         cut.above,
+        cut.chords,
         _is_outside(scene, found) & jnp.all(jnp.isfinite(at.axes)),
         len(found.meeting) * len(rims.seen) // max(len(found.arcs), 1),
     )
@@ -239,11 +247,11 @@ def _cut_outlines(
         jnp.concatenate([ends[:, part].ravel() for ends in (straight, curved)])
         for part in (slice(None, -1), slice(1, None))
     )
-    sides, above = _seen(found, axes, lines, arcs, whose, low, high, azimuths)
+    sides, above, ways = _seen(found, axes, lines, arcs, whose, low, high, azimuths)
     # What is not seen must not spoil sums or derivatives, wherever it is.
     low, high = (either(sides.seen, a, b) for a, b in zip((low, high), SOME_ENDS, strict=True))
     lines, arcs = _harmless_parts(found.lines, found.arcs, sides.seen, len(whose[0]))
-    return _Pieces(lines, arcs, low, high, sides, azimuths, above, len(whose[0]))
+    return _Pieces(lines, arcs, low, high, sides, azimuths, above, ways, len(whose[0]))
 
 
 def _whose(pieces: Array, parts: int) -> np.ndarray:
@@ -295,6 +303,12 @@ def _epsilon(distance: Float[Array, "*m"], eps: float) -> Float[Array, "*m"]:
     return eps**0.7 * jnp.maximum(distance, 1.0)
 
 
+def _eps(found: _Outlines, axes: Array) -> float:
+    """The eps of a scene and a receiver; of both precisions that of the lower one."""
+    numbers = found.eye, found.turn, found.lines, found.arcs, axes
+    return max(float(jnp.finfo(a.dtype).eps) for a in numbers)
+
+
 def _rise(lines: Array, arcs: Array, eps: float) -> Bool[Array, " m_c"]:
     """Which silhouettes rise above the rays along the horizon.
 
@@ -310,13 +324,12 @@ def _rise(lines: Array, arcs: Array, eps: float) -> Bool[Array, " m_c"]:
 
 
 def _seen(found: _Outlines, axes, lines, arcs, whose, low, high, azimuths):
-    """Shapes on either side of the middle of each part, and above each part of the horizon."""
+    """Shapes beside the middle of each part, and above each part of the horizon; all chords."""
     eye, turn, lines, arcs, low, high, azimuths = jax.lax.stop_gradient(
         (found.eye, found.turn @ axes, lines, arcs, low, high, azimuths)
     )
-    p, v = _middles(lines, arcs, whose, low, high)
-    # Of scenes in both precisions, the rounding is that of the lower one.
-    eps = max(float(jnp.finfo(a.dtype).eps) for a in (found.eye, found.turn, axes, lines, arcs))
+    p, v, ends = _points(lines, arcs, whose, low, high)
+    eps = _eps(found, axes)
     owner = np.concatenate([a[k] for a, k in zip(found.owners, whose, strict=True)])
     alive = jnp.concatenate([found.lines_live, found.arcs_live]) & _rise(lines, arcs, eps)
     live = rows(alive, np.append(whose[0], len(lines) + whose[1])) & (high > low)
@@ -351,7 +364,8 @@ def _seen(found: _Outlines, axes, lines, arcs, whose, low, high, azimuths):
         sees, cut = either(meets, both[0] & both[1], sees), meets | cut
         behind = either(meets, other, behind)
     seen = live & (p[:, 2] > 0.0) & sees
-    return SilhouetteSides(jnp.asarray(owner), seen, behind, cut), above
+    sides = SilhouetteSides(jnp.asarray(owner), seen, behind, cut)
+    return sides, above, chords(ends, azimuths)
 
 
 def _others_of(found: _Outlines) -> np.ndarray:
@@ -361,16 +375,16 @@ def _others_of(found: _Outlines) -> np.ndarray:
     return others
 
 
-def _middles(lines: Array, arcs: Array, whose, low: Array, high: Array) -> tuple[Array, Array]:
-    """The middle of every part, and the way along it from end to end."""
-    s, t = _at(0.5 * (low + high)[:, None], len(whose[0]))
+def _points(lines: Array, arcs: Array, whose, low: Array, high: Array):
+    """The middle of every part, the way along it from end to end, and both ends."""
+    s, t = jnp.split(jnp.stack([0.5 * (low + high), low, high])[..., None], [len(whose[0])], 1)
     start, end = jnp.unstack(rows(lines, whose[0]), axis=1)
     center, a, b = jnp.unstack(rows(arcs, whose[1]), axis=1)
     along = end - start
     cos, sin = jnp.cos(t), jnp.sin(t)
-    p = jnp.concatenate([start + s * along, center + a * cos + b * sin])
-    v = jnp.concatenate([along, b * cos - a * sin])
-    return p, (high - low)[:, None] * v
+    p = jnp.concatenate([start + s * along, center + a * cos + b * sin], 1)
+    v = jnp.concatenate([along, b * cos[0] - a * sin[0]])
+    return p[0], (high - low)[:, None] * v, p[1:]
 
 
 def _ask(found: _Outlines, eye: Array, turn: Array, w: Float[Array, "r 3"]):
