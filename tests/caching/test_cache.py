@@ -326,6 +326,7 @@ def test_places_have_an_axis_of_coordinates(both):
 
 
 ONE = Candidates.of(np.zeros(1), np.zeros(1), np.zeros((1, 1)))
+TILTED = Candidates.of(np.zeros(1), np.zeros(1), np.zeros((1, 1)), tilt=np.zeros(1))
 
 
 @pytest.mark.smoke
@@ -352,6 +353,10 @@ ONE = Candidates.of(np.zeros(1), np.zeros(1), np.zeros((1, 1)))
         (
             lambda: Cache(ONE, segments([1.0]))(0.0, 0.1),
             r"^Argument `tilt` must be left out: the records hold none.$",
+        ),
+        (
+            lambda: Cache(TILTED, segments([1.0]))(np.zeros((2, 1)), np.zeros(3)),
+            r"^Argument `tilt` must broadcast to shape \(2, 1\), but has \(3,\).$",
         ),
         (
             lambda: Cache.from_columns({"x": np.zeros(1), "angle": np.zeros(1)}),
@@ -470,3 +475,8 @@ def test_a_table_with_gaps_for_what_did_not_act_is_read():
     ]
     with pytest.raises(ValueError, match="`columns` must hold known clamps, but has 'low'"):
         Cache.from_columns(columns | {"clamp": np.full(3, "low")})
+
+
+def test_a_tilt_that_is_no_number_has_no_answer():
+    """Along a line it once counted as a right angle, and the record answered."""
+    assert np.isnan(Cache(TILTED, segments([1.0]))(0.0, np.nan).value)

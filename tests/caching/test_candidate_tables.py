@@ -188,16 +188,19 @@ def test_a_lamp_of_many_strips_is_a_lamp(strips):
         ({"position": np.zeros(2)}, "`position` must have shape"),
         ({"position": np.zeros((1, 3))}, "`position` must have shape"),
         ({"position": np.full((1, 2), np.nan)}, "`position` must be finite"),
+        ({"height": np.nan}, "`height` must be finite"),
     ],
 )
 def test_places_and_their_floor_are_checked(wrong, words):
     maps = RadianceMaps(j12_box(), jnp.ones((4, 2, 2)))
-    given = {"position": np.zeros((1, 2)), "on": 0, **wrong}
+    given = {"position": np.zeros((1, 2)), "on": 0, "height": 0.0, **wrong}
     directions = caching.gather_directions(2, 4, sets=1)
     with pytest.raises(ValueError, match=words):
-        caching.tabulate_candidates(maps, given["position"], directions, given["on"])
+        caching.tabulate_candidates(
+            maps, given["position"], directions, given["on"], given["height"]
+        )
     with pytest.raises(ValueError, match=words):
-        caching.occlusion_table(maps, given["position"], given["on"], rays=16)
+        caching.occlusion_table(maps, given["position"], given["on"], given["height"], rays=16)
     with pytest.raises(ValueError, match="Argument `seed` must not be negative"):
         caching.gather_directions(2, 4, seed=-1)
 
@@ -259,3 +262,31 @@ def test_a_place_in_a_closed_shape_sees_its_dark_inside(room):
     assert table.E == 0.0 == np.max(hits.radiance)
     np.testing.assert_allclose(table.minimum, np.min(hits.distance), rtol=1e-5)
     np.testing.assert_allclose(table.harmonic, 1.0 / np.mean(1.0 / hits.distance), rtol=1e-5)
+
+
+@pytest.mark.parametrize("far", [1e5, 1e7])
+def test_a_lamp_behind_a_ceiling_stays_hidden_far_from_the_origin(far):
+    """Places are rounded in double precision; a lamp once shone through as in single."""
+    P, given, tables = np.array([[0.3, 0.2], [-0.4, 0.1]]), gather_directions(8, 32, sets=1), []
+    for x in (0.0, far):
+        floor, ceiling, lamp, block = (
+            rectangle((x, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
+            rectangle((x, 0.0, 1.0), (0.0, 2.0, 0.0), (2.0, 0.0, 0.0)),
+            rectangle((x, 0.0, 1.03125), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)),
+            box((x + 0.5, -0.5, 0.0), (x + 0.75, 0.5, 0.25)),
+        )
+        scene = Scene.of(
+            primitive(floor),
+            primitive(block),
+            primitive(ceiling, name="ceiling"),
+            primitive(lamp, emission=8.0, name="lamp"),
+        )
+        L = np.zeros((len(face_layout(scene).shape), 1, 1))
+        for name, sent in (("ceiling", 0.5), ("lamp", 8.0)):
+            L[face_layout(scene).first[scene.named(name)[0]]] = sent
+        maps = RadianceMaps(scene, jnp.asarray(L))
+        tables.append(tabulate_candidates(maps, P + np.array([x, 0.0]), given, 0))
+    near, away = tables
+    for name in ("E", "gradient", "hessian", "minimum", "harmonic"):
+        np.testing.assert_allclose(getattr(away, name), getattr(near, name), rtol=1e-6, atol=1e-6)
+    assert np.all(near.brightest == 0.5)

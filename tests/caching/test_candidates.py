@@ -73,6 +73,15 @@ def test_columns_along_a_line_are_tensors():
             lambda: Candidates.of(np.zeros((4, 3)), np.ones(4), np.ones((4, 3))),
             r"^Argument `position` must have shape \(m, 1\) or \(m, 2\), but has \(4, 3\).$",
         ),
+        *(
+            (
+                lambda name=name: Candidates.of(
+                    PLACES, np.ones(12), PLACES, **{name: np.zeros((3, 2)[: 1 + (name == "tilt")])}
+                ),
+                rf"^Argument `{name}` must broadcast to shape \(12",
+            )
+            for name in ("tilt", "minimum", "harmonic")
+        ),
         (
             lambda: Candidates.on_line(np.zeros(1), np.ones((1, 1))),
             r"^Argument `columns` must hold 2 to 4 columns, but has shape \(1, 1\).$",

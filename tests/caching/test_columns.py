@@ -43,3 +43,20 @@ def test_a_table_that_is_no_cache_is_refused(name, column, words):
     cache = caching.Cache.of(line, caching.circular_regions(jnp.full(3, 0.5), 0.1, 1.0))
     with pytest.raises(ValueError, match=words):
         caching.Cache.from_columns({**cache.columns(), name: column})
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "words"),
+    [
+        ("y", np.ones(2), r"`y` must have shape \(3,\), but has \(2,\)"),
+        ("dE_dy", np.ones(2), r"`dE_dy` must have shape \(3,\), but has \(2,\)"),
+        ("angle", np.full(3, np.nan), "`angle` must be finite, but is nan"),
+    ],
+)
+def test_a_table_that_is_no_cache_of_a_plane_is_refused(name, column, words):
+    """NumPy once said that arrays cannot be stacked, and a radius was blamed for the angle."""
+    plane = caching.Candidates.of(np.eye(3)[:, :2], np.ones(3), np.zeros((3, 2)))
+    regions = caching.circular_regions(jnp.full(3, 0.5), 0.1, 1.0, dims=2)
+    cache = caching.Cache.of(plane, regions)
+    with pytest.raises(ValueError, match=words):
+        caching.Cache.from_columns({**cache.columns(), name: column})

@@ -158,6 +158,10 @@ def test_bad_input_is_one_sentence():
         discontinuities._checked("average squared")
     with pytest.raises(ValueError, match=r"Argument `kinks` must hold 2 jumps, but holds 1\."):
         expected_error_with_events(1.0, [1.0], np.zeros(2), np.zeros(1))
+    with pytest.raises(ValueError, match=r"Argument `kinks` must hold 2 jumps, but holds 1\."):
+        jax.jit(lambda d, J: expected_error_with_events(1.0, [1.0], d, J))(np.zeros(2), np.zeros(1))
+    with pytest.raises(ValueError, match=r"Argument `steps` must hold 2 jumps, but holds 3\."):
+        expected_error_with_events(1.0, [1.0], np.zeros(2), np.zeros(2), np.zeros(3))
     with pytest.raises(ValueError, match="Argument `derivatives` must hold at least one"):
         expected_error_with_events(1.0, [])
     assert np.isnan(jax.jit(lambda e: radius_with_events([1.0], e, 0.1, 2.0))(-1.0))
@@ -167,6 +171,18 @@ def test_the_largest_error_has_the_step_in_it():
     d, J, S = (np.array([a]) for a in (0.3, 0.5, 0.2))
     found = expected_error_with_events(1.0, [0.0], d, J, S, definition="largest")
     np.testing.assert_allclose(found, 0.5 * 0.7 + 0.2, rtol=1e-14)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-9])
+def test_where_the_error_jumps_the_radius_has_no_slope_in_any_unit_of_light(unit):
+    """In a small one an overshoot of the error once passed for a length."""
+
+    def radius(tolerance):
+        events = (np.array([a]) for a in (0.5, 0.0, 2.0 * unit))
+        return radius_with_events([0.0], tolerance, 0.01, 2.0, *events, definition="largest")
+
+    assert float(radius(unit)) == pytest.approx(0.5, rel=1e-12)
+    assert jax.grad(radius)(unit) == 0.0
 
 
 def test_one_kink_may_be_a_number():

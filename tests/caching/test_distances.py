@@ -282,6 +282,7 @@ def test_there_is_a_length_for_each_place(position, length, words):
 def test_a_traced_length_that_is_none_is_no_ray_that_misses(wrong):
     mean = jax.jit(caching.harmonic_mean_distance)
     assert jnp.isnan(mean(jnp.array([1.0, wrong])))
+    assert jnp.isnan(mean(jnp.array([0.0, wrong])))
     assert jnp.isnan(mean(jnp.array([1.0, 2.0]), jnp.array([1.0, min(wrong, -1.0)])))
 
 

@@ -208,7 +208,29 @@ def test_a_fault_is_noticed_by_the_error_of_the_ellipse(fault, monkeypatch):
             lambda: semi_axes(jnp.ones((3, 1, 1)), 0.1),
             r"^Argument `H` must have shape \(..., 2, 2\), but has \(3, 1, 1\): a line has no ell",
         ),
-        (lambda: semi_axes(H, 0.1, most=0.5), r"^Argument `most` must be at least 1, but is 0.5.$"),
+        (
+            lambda: semi_axes(H, 0.1, most=0.5),
+            r"`most` must be at least 1 and finite, but is 0.5.$",
+        ),
+        (
+            lambda: elliptic_regions(jnp.diag(jnp.array([1.0, 0.0])), 0.1, 0.1, 1.0, most=np.inf),
+            r"^Argument `most` must be at least 1 and finite, but is inf.$",
+        ),
+        (
+            lambda: gradient_regions(jnp.ones(2), np.inf, 0.1, 1.0, ratio=np.inf),
+            r"^Argument `ratio` must be at least 1 and finite, but is inf.$",
+        ),
+        *(
+            (
+                lambda d=d: gradient_regions(jnp.ones((4, d)), 0.5, 0.1, 1.0),
+                rf"^Argument `gradient` must have shape \(..., 2\), but has \(4, {d}\)",
+            )
+            for d in (1, 3)
+        ),
+        (
+            lambda: gradient_regions(jnp.ones((4, 2)), np.ones(3), 0.1, 1.0),
+            r"^Argument `radius` must broadcast to shape \(4,\), but has \(3,\).$",
+        ),
         (
             lambda: semi_axes(H, 0.1, definition="average", printed=True),
             r"^Argument `definition` must be 'total' for the printed axes, but is 'average'.$",

@@ -309,6 +309,27 @@ def test_floats_per_record():
             ),
             r"^Argument `breaks` must be left out on a plane.$",
         ),
+        (
+            lambda: true_error(
+                bowl, Candidates.of(np.zeros((1, 2)), np.zeros(1), np.zeros((1, 2))), segment(0.1)
+            ),
+            r"^Argument `region` must have 2 dimensions, as the candidates have, but has 1: ",
+        ),
+        (
+            lambda: true_error(lamp, at(0.0), ValidityRegion(jnp.ones((2, 1, 1)))),
+            r"^Argument `region` must have shape \(1, 1, 1\), but has \(2, 1, 1\).$",
+        ),
+        *(
+            (
+                lambda given=given: ideal_region(lamp, at(0.0), **given),
+                r"^Argument `(tolerance|low|high)` must be one number, but has shape \(2,\).$",
+            )
+            for given in (
+                {"tolerance": np.ones(2), "low": 0.1, "high": 1.0},
+                {"tolerance": 0.1, "low": np.full(2, 0.1), "high": 1.0},
+                {"tolerance": 0.1, "low": 0.1, "high": np.ones(2)},
+            )
+        ),
         (lambda: floats_per_record(3), r"^Argument `order` must be 0, 1 or 2, but is 3.$"),
     ],
 )  # fmt: skip

@@ -103,6 +103,10 @@ def test_rays_are_uniform_in_the_sine():
 def test_bad_input_is_one_sentence():
     with pytest.raises(ValueError, match=r"^Argument `s` must lie in \[0, 1\], but is 1.5.$"):
         scene_candidates(Scene.of(FLOOR, LAMP), 0, jnp.array([1.5]))
+    with pytest.raises(
+        ValueError, match=r"^Argument `index` must be the number of a shape, 0 to 1"
+    ):
+        gradient_discontinuities(Scene.of(FLOOR, LAMP), 2)
 
 
 def test_no_places_are_no_candidates():

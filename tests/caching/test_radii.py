@@ -183,6 +183,9 @@ def test_a_traced_tolerance_that_is_not_positive_gives_nan():
     radius = jax.jit(lambda e: radius_for(1.0, e))
     assert np.isnan(radius(-0.1))
     assert np.isfinite(radius(0.1))
+    flat = jax.jit(lambda e: radius_for(0.0, e))
+    assert np.isnan(flat(-0.1))
+    assert np.isposinf(flat(0.1))
 
 
 def test_single_precision():

@@ -237,6 +237,12 @@ def test_exact_irradiance_of_a_disc_is_cached_on_a_ball():
         (lambda at, d: SurfaceCache(at, d, jnp.ones(2)), "`derivatives`"),
         (lambda at, d: SurfaceCache(at, d, jnp.ones(3), order=3), "`order`"),
         (lambda at, d: SurfaceCache.of(at, d, np.ones(3), np.zeros(3, bool)), "at least one"),
+        (
+            lambda at, d: SurfaceCache.of(
+                at, jax.tree.map(lambda a: a[:2], d), np.ones(3), np.array([False, False, True])
+            ),
+            r"`derivatives` must have shape \(3, 5\), but has \(2, 5\)",
+        ),
         (lambda at, d: fill_surface(at, np.ones(2), [0]), "`radius`"),
         (lambda at, d: fill_surface(at, -np.ones(3), [0]), "`radius`"),
         (lambda at, d: hessian_along(d.rotation(), 0.0), "`derivatives` must be by"),
@@ -267,3 +273,16 @@ def test_radii_may_be_a_list_and_receivers_are_a_row():
         caching.SurfaceCache.of(alone, known, np.ones(2))
     with pytest.raises(ValueError, match="Argument `radius` must have shape"):
         caching.SurfaceCache(row, known, 1.0)
+
+
+def test_in_single_precision_receivers_that_are_left_out_are_covered():
+    """Filling once took the rim of double precision, and left out what no record covers."""
+    x = np.zeros((64, 3), np.float32)
+    x[:, 0] = 0.1 * np.arange(64, dtype=np.float32)
+    x[1, 0] = 0.1 * (1.0 - 3e-7)
+    at = Receiver.at(jnp.asarray(x), jnp.asarray([0.0, 0.0, 1.0], jnp.float32))
+    zero = [jnp.zeros((64, *shape), jnp.float32) for shape in ((), (5,), (5, 5))]
+    radius = jnp.full(64, 0.1, jnp.float32)
+    chosen = fill_surface(at, radius, np.arange(64))
+    cache = SurfaceCache.of(at, Derivatives(*zero, Receiver.freedoms), radius, chosen)
+    assert np.all(chosen | np.asarray(cache(at).covered))

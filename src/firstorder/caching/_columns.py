@@ -13,7 +13,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_positive, check_shape
+from firstorder._argument_checks import check_finite, check_positive, check_shape
 from firstorder._display import table
 from firstorder.caching.candidates import Candidates
 from firstorder.caching.regions import CLAMPS, ValidityRegion
@@ -71,8 +71,8 @@ def records_of(columns: Mapping[str, np.ndarray]) -> tuple[Candidates, ValidityR
     regions = {name: np.asarray(columns[name], float) for name in sizes}
     for name, column in {**regions, "clamp": np.asarray(clamp)}.items():
         check_shape(name, column, (records.count,))
-        if name in ("radius", "shorter"):
-            check_positive(name, column)
+        check = check_positive if name in ("radius", "shorter") else check_finite
+        check(name, column)
     matrix = _matrices(*regions.values())
     return records, ValidityRegion(jnp.asarray(matrix), jnp.asarray(clamp, dtype=jnp.int32))
 
@@ -97,7 +97,10 @@ def printed(columns: Mapping[str, Any]) -> str:
 
 def _stacked(columns, names) -> np.ndarray:
     """Columns side by side."""
-    return np.stack([np.asarray(columns[name], float) for name in names], -1)
+    found = [np.asarray(columns[name], float) for name in names]
+    for name, column in zip(names, found, strict=True):
+        check_shape(name, column, found[0].shape)
+    return np.stack(found, -1)
 
 
 def _derivatives(columns, order: int, dims: int) -> np.ndarray | None:

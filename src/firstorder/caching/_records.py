@@ -49,7 +49,7 @@ def turning(turn: Float[Array, "r d"]) -> Float[Array, " r"]:
     """
     d = turn.shape[-1]
     if d == 1:
-        return jnp.where(jnp.cos(turn[:, 0]) > 0.0, jnp.abs(jnp.sin(turn[:, 0])), 1.0)
+        return jnp.where(jnp.cos(turn[:, 0]) <= 0.0, 1.0, jnp.abs(jnp.sin(turn[:, 0])))
     angle = _norm(sum(turn[:, a] ** 2 for a in range(d)))
     return jnp.sin(jnp.minimum(angle, 0.5 * np.pi))
 

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from firstorder._argument_checks import check_positive, check_real
+from firstorder._argument_checks import check_broadcast, check_positive, check_real
 from firstorder._display import Axes, Module, as_picture, drawn, in_print
 from firstorder._labelled import DataFrame, data_frame
 from firstorder.caching._columns import columns_of, printed, records_of, units_of
@@ -211,7 +211,8 @@ class Cache(Module):
             tilt: of the normals at these places, zero if left out [rad].
 
         Raises:
-            ValueError: for places of another shape, or a tilt if the records hold none.
+            ValueError: for places of another shape, a tilt that does not broadcast to theirs, or a
+                tilt if the records hold none.
         """
         records = self.records
         x = _asked(x, records.dims).astype(records.value.dtype)
@@ -220,6 +221,7 @@ class Cache(Module):
                 raise ValueError("Argument `tilt` must be left out: the records hold none.")
         else:
             given = as_float(0.0 if tilt is None else tilt).astype(x.dtype)
+            check_broadcast("tilt", given, x.shape)
             tilt = jnp.broadcast_to(given, x.shape).reshape(-1, records.dims)
         flat = x.reshape(-1, records.dims)
         value, covered = _answers(self._table(), flat, tilt, self.order, self.fade)

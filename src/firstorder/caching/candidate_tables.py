@@ -20,6 +20,7 @@ from jaxtyping import ArrayLike, Float
 
 from firstorder._argument_checks import (
     check_count,
+    check_finite,
     check_index,
     check_integer,
     check_not_negative,
@@ -145,7 +146,8 @@ def tabulate_candidates(
 
     Raises:
         ValueError: for maps of several bands, a scene with shapes of another kind, a shape that is
-            not there, or positions that are not (m, 2) or not finite.
+            not there, positions that are not (m, 2) or not finite, or a height that is not
+            finite.
 
     Reference: J12 §7-8: eqs. 58, 61, 64, 66 and 71.
 
@@ -162,6 +164,7 @@ def tabulate_candidates(
     x = checked_places(position)
     check_index("on", on, maps.scene.count)
     check_shape("maps.L", maps.L, maps.L.shape[:3])
+    check_finite("height", height)
     solids = _solids(maps, on)
     k = given.directions.shape[0]
     pick = np.random.default_rng(len(x)).permutation(len(x)) % k
@@ -243,7 +246,8 @@ class _Look:
         which = np.full(count, -1, small)
         share = np.float32(1.0 - tie(np.float32))
         # `scene._intersect.rounding`, without JAX: thousands of places are asked for.
-        slack = np.float32(8.0 * np.finfo(np.float32).eps * np.max(np.abs(x)))
+        # Places, and how far they are from shapes, are in double precision.
+        slack = np.float32(8.0 * np.finfo(float).eps * np.max(np.abs(x)))
         for number, (solid, ready) in enumerate(zip(self.solids, self.ready, strict=True)):
             t = _distance(solid, ready, solid.turn @ (x - solid.center))
             nearer = share * t - slack < best  # or in one place and of a higher rank (`Scene.of`)
@@ -288,6 +292,12 @@ class _Look:
 
 def _distance(solid: _Solid, ready, o: np.ndarray) -> Single:
     """Distances along all rays to one shape, from the canonical place o; infinite for a miss."""
+    if solid.kind == "Boxes":
+        low, high = ((a - o[:, None]).astype(np.float32) for a in (-1.0, 1.0))
+        one, two = low * ready[1], high * ready[1]
+        enter = np.max(np.minimum(one, two), axis=0)
+        leave = np.min(np.maximum(one, two), axis=0)
+        return _first_met(enter <= leave, enter, leave)
     o = o.astype(np.float32)
     if solid.kind in FLAT:
         inverse, across, up = ready
@@ -295,11 +305,6 @@ def _distance(solid: _Solid, ready, o: np.ndarray) -> Single:
             t = -o[2] * inverse
             hit = (np.abs(o[0] - o[2] * across) <= 1.0) & (np.abs(o[1] - o[2] * up) <= 1.0)
             return np.where(hit & (t > 0.0), t, np.float32(np.inf))
-    if solid.kind == "Boxes":
-        one, two = (-1.0 - o[:, None]) * ready[1], (1.0 - o[:, None]) * ready[1]
-        enter = np.max(np.minimum(one, two), axis=0)
-        leave = np.min(np.maximum(one, two), axis=0)
-        return _first_met(enter <= leave, enter, leave)
     d, a = ready
     b = o @ d
     square = b * b - a * (o @ o - np.float32(1.0))

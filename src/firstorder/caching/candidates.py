@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import (
+    check_broadcast,
     check_finite,
     check_not_negative,
     check_real,
@@ -99,12 +100,13 @@ class Candidates(Module):
             check_finite(name, given)
             return given
 
-        def spread(given, shape):
+        def spread(name, given, shape):
+            check_broadcast(name, given, shape)
             return jnp.broadcast_to(as_float(given).astype(position.dtype), shape)
 
         if tilt is not None:
             given = as_float(tilt)
-            tilt = spread(given[:, None] if d == 1 and given.ndim == 1 else given, (m, d))
+            tilt = spread("tilt", given[:, None] if d == 1 and given.ndim == 1 else given, (m, d))
         found = [
             checked(name, given, (m,) + (d,) * order)
             for order, (name, given) in enumerate(
@@ -112,9 +114,10 @@ class Candidates(Module):
             )
         ]
         check_finite("position", position)
-        lengths = [spread(given, (m,)) for given in (minimum, harmonic)]
-        for name, given in zip(("minimum", "harmonic"), lengths, strict=True):
-            check_not_negative(name, jnp.where(jnp.isposinf(given), 0.0, given))
+        lengths = []
+        for name, length in (("minimum", minimum), ("harmonic", harmonic)):
+            lengths.append(spread(name, length, (m,)))
+            check_not_negative(name, jnp.where(jnp.isposinf(lengths[-1]), 0.0, lengths[-1]))
         return Candidates(position, *found, checked("tilt", tilt, (m, d)), *lengths)
 
     @staticmethod

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_not_negative, check_positive, is_concrete, nan_unless
+from firstorder._argument_checks import check_not_negative, check_positive, nan_unless
 from firstorder.caching._records import checked_order
 from firstorder.caching.regions import _checked_limits
 from firstorder.typing import as_float
@@ -183,7 +183,8 @@ def _radius_of_error(
 
     def nearer(R):
         value, slope = jax.jvp(lambda R: error(R, given), (R,), (jnp.ones_like(R),))
-        return R - (value - goal) / jnp.where(slope > 0.0, slope, 1.0)
+        sloped = slope > 0.0
+        return R - jnp.where(sloped, (value - goal) / jnp.where(sloped, slope, 1.0), 0.0)
 
     once = nearer(root)
     # Where E itself jumps over the tolerance, the radius is the distance of that jump.
@@ -206,10 +207,11 @@ def _terms(derivatives: Sequence[ArrayLike], order: int) -> tuple[tuple[int, Arr
 def _events(distances, kinks, steps) -> tuple[Array, Array, Array]:
     d, J = (jnp.abs(jnp.atleast_1d(as_float(a))) for a in (distances, kinks))
     S = jnp.zeros_like(J) if steps is None else jnp.abs(jnp.atleast_1d(as_float(steps)))
-    if is_concrete((d, J, S)) and not d.shape[-1] == J.shape[-1] == S.shape[-1]:
-        raise ValueError(
-            f"Argument `kinks` must hold {d.shape[-1]} jumps, but holds {J.shape[-1]}."
-        )
+    for name, jumps in (("kinks", J), ("steps", S)):
+        if jumps.shape[-1] != d.shape[-1]:
+            raise ValueError(
+                f"Argument `{name}` must hold {d.shape[-1]} jumps, but holds {jumps.shape[-1]}."
+            )
     return d, J, S
 
 

@@ -227,6 +227,7 @@ def harmonic_mean_distance(
         total = jnp.sum(w, axis=-1)
         mean = jnp.sum(w * inverse, axis=-1) / jnp.where(total == 0.0, 1.0, total)
     empty = mean == 0.0
+    touches &= ~jnp.isnan(mean)
     return jnp.where(touches, 0.0, jnp.where(empty, jnp.inf, 1.0 / jnp.where(empty, 1.0, mean)))
 
 

@@ -8,9 +8,12 @@ definite, stretched until both curvatures have one size if it is not.
 
 from __future__ import annotations
 
+import math
+
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
+from firstorder._argument_checks import check_broadcast
 from firstorder.caching.radii import (
     _kind,
     _length,
@@ -50,14 +53,15 @@ def semi_axes(
         tolerance: the error that is accepted, positive; a number, or one for each Hessian.
         definition: what is meant by error, one of `DEFINITIONS`.
         value: E at the record, for "relative"; likewise a number or an array.
-        most: largest ratio of the axes, at least 1.
+        most: largest ratio of the axes, at least 1 and finite.
         printed: whether to use J12's axes (the total error only; `most` does not act).
 
     Returns:
         Lengths, the shorter first (infinite where H vanishes) [m], and unit axes as columns.
 
     Raises:
-        ValueError: for Hessians of a line, a ratio below 1, or printed axes of another definition.
+        ValueError: for Hessians of a line, a ratio out of range, or printed axes of another
+            definition.
 
     Reference: J12 eq. 73, corrected.
 
@@ -93,8 +97,8 @@ def _axes(
         raise ValueError(
             f"Argument `H` must have shape (..., 2, 2), but has {H.shape}: a line has no ellipses."
         )
-    if not most >= 1.0:
-        raise ValueError(f"Argument `most` must be at least 1, but is {most!r}.")
+    if not 1.0 <= most < math.inf:
+        raise ValueError(f"Argument `most` must be at least 1 and finite, but is {most!r}.")
     unit = _unit_of_matrix(H)
     values, axes = _principal(H / unit[..., None, None])
     a, b = jnp.abs(values[..., 0]), jnp.abs(values[..., 1])
@@ -191,13 +195,14 @@ def gradient_regions(
         radius: across the gradient, an array, not negative, may be infinite [m].
         low: shortest semi-axis, a positive number, or one for each [m].
         high: longest, a positive number, or one for each [m].
-        ratio: of the axes, at least 1.
+        ratio: of the axes, at least 1 and finite.
 
     Returns:
         Their matrices, and what acted: raised if the shorter axis was, else cut if the longer was.
 
     Raises:
-        ValueError: for a ratio below 1, and as `circular_regions` does.
+        ValueError: for a ratio out of range, gradients of a line or of space, radii that are not as
+            many, and as `circular_regions` does.
 
     Reference: Herzog et al. 2009, as J12 §8.4 tells it.
 
@@ -207,9 +212,15 @@ def gradient_regions(
         >>> gradient_regions(jnp.array([0.0, 3.0]), 0.5, 0.01, 1.0, ratio=4.0).matrix.tolist()
         [[2.0, 0.0], [0.0, 8.0]]
     """
-    if not ratio >= 1.0:
-        raise ValueError(f"Argument `ratio` must be at least 1, but is {ratio!r}.")
+    if not 1.0 <= ratio < math.inf:
+        raise ValueError(f"Argument `ratio` must be at least 1 and finite, but is {ratio!r}.")
     gradient = as_float(gradient)
+    if gradient.shape[-1:] != (2,):
+        raise ValueError(
+            f"Argument `gradient` must have shape (..., 2), but has {gradient.shape}: a line has "
+            "no ellipses."
+        )
+    check_broadcast("radius", radius, gradient.shape[:-1])
     gradient = gradient / _unit(gradient)[..., None]
     gx, gy = gradient[..., 0], gradient[..., 1]
     size = _length(gx, gy)

@@ -15,13 +15,20 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 from scipy import ndimage, optimize
 
-from firstorder._argument_checks import check_count, check_positive, nan_unless
+from firstorder._argument_checks import check_count, check_one, check_positive, nan_unless
 from firstorder._display import Module
 from firstorder.caching._records import checked_order
 from firstorder.caching.cache import taylor
 from firstorder.caching.candidates import Candidates, _as_number
 from firstorder.caching.radii import DEFINITIONS
-from firstorder.caching.regions import CUT, FREE, RAISED, ValidityRegion, _checked_limits
+from firstorder.caching.regions import (
+    CUT,
+    FREE,
+    RAISED,
+    ValidityRegion,
+    _check_regions,
+    _checked_limits,
+)
 from firstorder.numerics._quadrature import composite_gauss_legendre, gauss_legendre
 from firstorder.numerics._refinement import with_errors
 from firstorder.typing import as_float
@@ -59,7 +66,9 @@ def true_error(
         with_error: whether to give an `Approximation`: the answer, and a bound of its error.
 
     Raises:
-        ValueError: for another definition, breaks on a plane, or a Hessian that is missing.
+        TypeError: if `region` is a number or an array of radii.
+        ValueError: for another definition, breaks on a plane, a Hessian that is missing, or regions
+            that are not as many as records, or have other dimensions.
 
     Reference: J12 eqs. 53 (a line) and 67 (a plane), order 1, total.
 
@@ -76,6 +85,7 @@ def true_error(
         1.570796
     """
     _checked(definition, records, order, breaks)
+    _check_regions(region, records.count, records.dims)
     check_count("directions", directions)
     rule = _Rule(order, definition, nodes, directions)
     cut = _each(breaks)
@@ -157,7 +167,7 @@ def ideal_region(
     Args:
         E: the true irradiance, a jittable function of a place (d,), which gives one number [W/m^d].
         records: places, values and derivatives.
-        tolerance: the error that is accepted, positive.
+        tolerance: the error that is accepted, one positive number.
         low: smallest radius to look for, of an ellipse that of the circle of its area [m]; the
             answer if its error is too large already.
         high: largest [m]; the answer if its error is tolerated.
@@ -173,8 +183,8 @@ def ideal_region(
         where E is.
 
     Raises:
-        ValueError: if the tolerance or a limit is not positive, limits are not in order or `most`
-            is below 1, and as `true_error`.
+        ValueError: if the tolerance or a limit is not one positive number, limits are not in order
+            or `most` is below 1, and as `true_error`.
 
     Reference: J12 §6.4 and Fig. 13 (left), there called the ideal setting.
 
@@ -185,6 +195,8 @@ def ideal_region(
         >>> round(ideal_region(jnp.square, flat, 2.0 / 3.0, 0.1, 5.0).radius.item(), 9)
         1.0
     """
+    for name, number in (("tolerance", tolerance), ("low", low), ("high", high)):
+        check_one(name, number)
     check_positive("tolerance", tolerance)
     low, high = _checked_limits(low, high)
     if not most >= 1.0:

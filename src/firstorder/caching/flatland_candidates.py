@@ -161,7 +161,7 @@ def gradient_discontinuities(
         the candidate's own position is subtracted.
 
     Raises:
-        ValueError: if the scene is traced.
+        ValueError: if the scene is traced, or has no shape of this number.
 
     Example:
         >>> from firstorder.caching import gradient_discontinuities

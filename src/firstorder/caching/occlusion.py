@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_count, check_index, check_shape
+from firstorder._argument_checks import check_count, check_finite, check_index, check_shape
 from firstorder._display import in_print
 from firstorder.caching._records import checked_places
 from firstorder.caching.candidates import Candidates
@@ -75,7 +75,7 @@ def occlusion_table(
 
     Raises:
         ValueError: if there are fewer than 4 rays, maps have several bands, the shape is not there,
-            or positions are not (m, 2), not finite or none.
+            positions are not (m, 2), not finite or none, or the height is not finite.
 
     Reference: after Schwarzhaupt, Jensen and Jarosz 2012, as J12 §9 asks.
 
@@ -91,6 +91,7 @@ def occlusion_table(
     check_count("rays", rays)
     check_index("on", on, maps.scene.count)
     check_shape("maps.L", maps.L, maps.L.shape[:3])
+    check_finite("height", height)
     x = jnp.asarray(checked_places(position), jnp.float32)
     if not len(x):
         raise ValueError("Argument `position` must hold at least one place, but is empty.")

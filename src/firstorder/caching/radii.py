@@ -284,7 +284,7 @@ def radius_for(
     check_positive("tolerance", tolerance)
     size = _coefficient(derivative, order, definition, value)
     tolerance = as_float(tolerance)
-    flat = size == 0.0
+    flat = (size == 0.0) & (tolerance > 0)
     safe = jnp.where(flat, 1.0, size)
     # Roots before the quotient: the square of a derivative may leave the range of float32.
     reach = (nan_unless(tolerance > 0, tolerance) / law.factor) ** (1.0 / law.exponent)

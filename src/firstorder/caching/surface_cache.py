@@ -162,7 +162,8 @@ def fill_surface(at: Receiver, radius: ArrayLike, visits: Indices) -> Bool[np.nd
     x, n = np.asarray(at.position), np.asarray(at.normal)
     _check_row(at)
     check_shape("radius", np.asarray(radius), (len(x),))
-    R, records = np.asarray(radius, float), np.zeros(len(x), bool)
+    # In the precision of the places, as the cache measures: the rim is eight of its roundings in.
+    R, records = np.asarray(radius, x.dtype), np.zeros(len(x), bool)
     rows: list[int] = []
     for i in checked_visits(visits, len(x)).tolist():
         away = np.linalg.norm(x[rows] - x[i], axis=1) / R[rows]
@@ -247,6 +248,9 @@ class SurfaceCache(Module):
         """
         _check_row(at)
         check_shape("radius", as_float(radius), at.position.shape[:1])
+        _check_freedoms(derivatives)
+        # Of rows that are not there JAX would take the last one.
+        check_shape("derivatives", derivatives.gradient, (len(at.position), FREEDOMS))
         rows = kept(chosen, len(at.position))
         parts = at, derivatives, as_float(radius)
         some = jax.tree.map(lambda a: jnp.asarray(a)[rows], parts)

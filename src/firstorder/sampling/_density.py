@@ -106,7 +106,7 @@ def fixed_window(
 def nearest_window(
     at: Float[Array, " m"],
     x: Float[Array, " q"],
-    k: int,
+    k: int | Int[Array, " q"],
     low: Int[Array, " q"],
     high: Int[Array, " q"],
 ) -> Window:
@@ -117,14 +117,14 @@ def nearest_window(
     Args:
         at: positions, sorted.
         x: where.
-        k: how many.
+        k: how many, everywhere or at each x.
         low: number of the first point that may count.
         high: one past that of the last.
 
     Raises:
         ValueError: if k is not positive.
     """
-    if k < 1:
+    if isinstance(k, int) and k < 1:
         raise ValueError(f"Argument `k` must be positive, but is {k}.")
     last = at.shape[0] - 1
 

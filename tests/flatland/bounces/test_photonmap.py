@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 
 from firstorder.checks.statistics import spread_test, z_test, z_test_of
-from firstorder.flatland import Arcs, Circles, PointLights, Receiver, Scene, box, primitive
+from firstorder.flatland import (
+    Arcs,
+    Circles,
+    PointLights,
+    Receiver,
+    Scene,
+    Segments,
+    box,
+    primitive,
+)
 from firstorder.flatland.bounces import DensityEstimator
 from firstorder.flatland.bounces.photonmap import (
     final_gather,
@@ -255,3 +264,62 @@ def test_a_window_wider_than_a_closed_curve_goes_around_it_once():
     where, places = (jnp.zeros(3, int), jnp.ones(3, bool)), jnp.array([0.1, 0.5, 0.9])
     E = photon_irradiance(there, DensityEstimator(radius=7.0), *where, places)
     np.testing.assert_allclose(E, 50.0 / (1.6 * np.pi), rtol=1e-12)  # all flux over the length
+
+
+def landed(index, front, s):
+    """Photons of one watt that came along the normal."""
+    s = jnp.asarray(s)
+    rows = jnp.full(s.shape, index), jnp.full(s.shape, front)
+    one = jnp.ones_like(s)
+    return Photons(*rows, s, one, 0.0 * s, one)
+
+
+@pytest.mark.parametrize("k", [7, 12, 100])
+@pytest.mark.parametrize("kept", [False, True])
+def test_no_photon_of_a_closed_curve_is_nearest_twice(k, kept):
+    """Eight around a circle: of all places between two of them none is brighter than another."""
+    there = photon_map(
+        Scene.of(primitive(Circles((0.3, 0.1), 0.8))), landed(0, True, (np.arange(8) + 0.5) / 8)
+    )
+    where = jnp.zeros(8, int), jnp.ones(8, bool)
+    how = DensityEstimator(k=k, keep_farthest=kept)
+    count = min(k, 8)
+    # Between two photons the nearest are half a gap away, and two more a gap farther each time.
+    wide = 2.0 * (np.ceil(count / 2) - 0.5) * 1.6 * np.pi / 8
+    E = photon_irradiance(there, how, *where, jnp.arange(8) / 8)
+    np.testing.assert_allclose(E, (count - (not kept)) / wide, rtol=1e-12)
+
+
+def test_one_photon_as_far_as_another_counts_in_radiance_as_in_irradiance():
+    """Of two at one distance once both were left out as the farthest."""
+    floor = Scene.of(primitive(Circles((0.0, 0.0), 1.0)))
+    there = photon_map(floor, landed(0, True, [0.25, 0.25, 0.5, 0.5]))
+    how, where = DensityEstimator(k=2), (jnp.zeros(2, int), jnp.ones(2, bool))
+    s, out = jnp.array([0.125, 0.25]), (jnp.zeros(2), jnp.ones(2))
+    E = photon_irradiance(there, how, *where, s)
+    L = photon_radiance(there, how, lambda out, into: 0.4 + 0.0 * into[0], *where, s, out)
+    assert E[0] > 0.0
+    np.testing.assert_allclose(L, 0.4 * E, rtol=1e-12)
+
+
+def test_photons_half_around_stay_on_their_own_side():
+    """In single precision their places once rounded to those of the other side."""
+    with jax.enable_x64(False):
+        half = [np.nextafter(np.float32(0.5), np.float32(0.0))]
+        for radius in np.linspace(0.3, 3.0, 20):
+            floor = Segments((0.0, 5.0), (300.0, 5.0))
+            scene = Scene.of(primitive(floor), primitive(Circles((0.0, 0.0), radius)))
+            there = photon_map(scene, landed(1, True, half))
+            assert np.diff(there.low).tolist() == [0, 0, 2, 0]
+
+
+@pytest.mark.parametrize("index", [2, -1])
+def test_a_shape_that_is_not_there_has_no_photons(index):
+    there = photon_map(Scene.of(primitive(Circles((0.0, 0.0), 1.0))), landed(0, True, [0.5]))
+    how, asked = DensityEstimator(k=2), (np.full(1, index), np.ones(1, bool), np.zeros(1))
+    words = "^Argument `index` must be the number of a shape, 0 to 0, but is"
+    with pytest.raises(ValueError, match=words):
+        photon_irradiance(there, how, *asked)
+    out = np.zeros(1), np.ones(1)
+    with pytest.raises(ValueError, match=words):
+        photon_radiance(there, how, lambda out, into: into[0], *asked, out)

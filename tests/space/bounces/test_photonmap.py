@@ -247,6 +247,7 @@ def test_final_gathering_is_right_and_steadier_than_the_density():
     ("ask", "words"),
     [
         (lambda m, at: photon_irradiance(m, CLOSE, Receiver.at((0.0, 0.0, 0.0))), "`on`"),
+        (lambda m, at: photon_irradiance(m, CLOSE, Receiver.at((0.0, 0.0, 0.0), on=99)), "at.on"),
         (lambda m, at: photon_radiances(m, CLOSE, 0), "`every`"),
         (lambda m, at: photon_radiance_maps(m, CLOSE, 0), "`cells`"),
     ],

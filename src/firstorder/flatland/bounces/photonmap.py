@@ -23,7 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
-from firstorder._argument_checks import check_count
+from firstorder._argument_checks import check_count, check_index
 from firstorder._display import Module
 from firstorder.flatland.bounces.photons import Photons
 from firstorder.flatland.direct_lighting import point_light_irradiance
@@ -112,9 +112,10 @@ def photon_map(scene: Scene, photons: Photons) -> PhotonMap:
         shift.append(by * own[rows[k + 1]])
     row, moved = np.concatenate(rows), np.concatenate(shift)
     at = start[curve[row]] + arc[row] + moved
-    order = np.argsort(at, kind="stable")
+    # By curve first: at half a length from its own a place may round to the next curve's.
+    order = np.lexsort((at, curve[row]))
     row, at = row[order], at[order]
-    low = np.searchsorted(at, np.append(slot, np.inf))
+    low = np.searchsorted(curve[row], np.arange(start.size + 1))
     size = 1 << int(np.ceil(np.log2(max(at.size, 2))))  # few sizes, few compilations
     dtype = fields[0].dtype
 
@@ -165,14 +166,22 @@ def _arc(table, s):
 def _window(photons: PhotonMap, how: DensityEstimator, x, curve) -> Window:
     """The photons that count and half the width: of a closed curve once around at most."""
     low, high = photons.low[curve], photons.low[curve + 1]
+    # Of a closed curve each photon is there twice.
+    own = jnp.where(photons.closed[curve // 2], (high - low) // 2, high - low)
     if not how.k:
         radius, half = jnp.full_like(x, how.radius), 0.5 * photons.table[curve // 2, -1]
         radius = jnp.where(photons.closed[curve // 2], jnp.minimum(radius, half), radius)
-        return fixed_window(photons.at, x, radius, low, high)
-    return nearest_window(photons.at, x, how.k, low, high)
+        around = fixed_window(photons.at, x, radius, low, high)
+        return around._replace(last=jnp.minimum(around.last, around.first + own))
+    return nearest_window(photons.at, x, jnp.minimum(how.k, own), low, high)
 
 
-@eqx.filter_jit
+def _farthest(photons: PhotonMap, x, window: Window):
+    """Number of the farthest photon of a window; of an empty one it is not to be asked for."""
+    a, b = window.first, window.last - 1
+    return jnp.where(x - photons.at[a] > photons.at[b] - x, a, b)
+
+
 def photon_irradiance(
     photons: PhotonMap,
     how: DensityEstimator,
@@ -192,6 +201,10 @@ def photon_irradiance(
     Returns:
         For each place [W/m].
 
+    Raises:
+        ValueError: if there is no shape of a number.
+        TypeError: if a number is no integer.
+
     Reference: J12 §4.4, eq. 30 for a diffuse surface, `L' = f E`.
 
     Example:
@@ -206,6 +219,13 @@ def photon_irradiance(
         >>> bool(2.0 < E[0] < 3.0)  # 2 W/m of direct light, and that of the walls
         True
     """
+    check_index("index", jnp.asarray(index), photons.closed.size)
+    return _counted(photons, how, index, front, s)
+
+
+@eqx.filter_jit
+def _counted(photons: PhotonMap, how: DensityEstimator, index, front, s) -> Float[Array, " q"]:
+    """`photon_irradiance` on shapes that are there."""
     index, s = jnp.asarray(index), numbers("s", s)
     curve = 2 * index + jnp.where(jnp.asarray(front), FRONT, BACK)
     arc = _arc(photons.table[index], s)
@@ -213,9 +233,8 @@ def photon_irradiance(
     window = _window(photons, how, x, curve)
     flux = photons.sums[window.last] - photons.sums[window.first]
     if how.k and not how.keep_farthest:
-        a, b = window.first, window.last - 1  # of an empty window they are not asked for
-        farthest = jnp.where(x - photons.at[a] > photons.at[b] - x, a, b)
-        flux = flux - jnp.where(window.last > window.first, photons.flux[farthest], 0.0)
+        farthest = photons.flux[_farthest(photons, x, window)]
+        flux = flux - jnp.where(window.last > window.first, farthest, 0.0)
     return _per_width(flux, photons, how, index, arc, window)
 
 
@@ -229,7 +248,6 @@ def _per_width(flux, photons: PhotonMap, how: DensityEstimator, index, arc, wind
     return jnp.where(width > 0.0, flux / jnp.where(width > 0.0, width, 1.0), 0.0)
 
 
-@eqx.filter_jit
 def photon_radiance(
     photons: PhotonMap,
     how: DensityEstimator,
@@ -258,7 +276,8 @@ def photon_radiance(
     Reference: J12 §4.4, eq. 30.
 
     Raises:
-        ValueError: if `most` is no positive integer.
+        ValueError: if `most` is no positive integer, or there is no shape of a number.
+        TypeError: if a shape's number is no integer.
 
     Example:
         >>> import jax
@@ -275,6 +294,13 @@ def photon_radiance(
         True
     """
     check_count("most", most)
+    check_index("index", jnp.asarray(index), photons.closed.size)
+    return _weighted(photons, how, brdf, index, front, s, out, most)
+
+
+@eqx.filter_jit
+def _weighted(photons: PhotonMap, how: DensityEstimator, brdf, index, front, s, out, most: int):
+    """`photon_radiance` on shapes that are there."""
     index, s = jnp.asarray(index), numbers("s", s)
     curve = 2 * index + jnp.where(jnp.asarray(front), FRONT, BACK)
     arc = _arc(photons.table[index], s)
@@ -282,9 +308,9 @@ def photon_radiance(
     window = _window(photons, how, x, curve)
     row = window.first[:, None] + jnp.arange(how.k or most)
     inside = row < window.last[:, None]
-    row = jnp.minimum(row, photons.at.shape[0] - 1)
     if how.k and not how.keep_farthest:
-        inside = inside & (jnp.abs(photons.at[row] - x[:, None]) < window.radius[:, None])
+        inside = inside & (row != _farthest(photons, x, window)[:, None])
+    row = jnp.minimum(row, photons.at.shape[0] - 1)
     sine, cosine = (numbers("out", part)[:, None] for part in out)
     f = brdf((sine, cosine), (photons.sine[row], photons.cosine[row]))
     sum_ = jnp.sum(jnp.where(inside, f * photons.flux[row], 0.0), -1)

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_not_negative, is_concrete
+from firstorder._argument_checks import check_index, check_not_negative, is_concrete
 from firstorder.flatland.direct_lighting import Radiance
 from firstorder.flatland.discontinuities._critical_lines import (
     LIGHT,
@@ -112,7 +112,8 @@ def jumps_on(
         front: which side of the shape receives.
 
     Raises:
-        ValueError: if the scene is traced.
+        ValueError: if the scene is traced, or has no shape of this number.
+        TypeError: if the number is no integer.
 
     Example:
         >>> from firstorder.flatland import PointLights, Scene, Segments, primitive
@@ -124,6 +125,7 @@ def jumps_on(
         ([0.5], [1.0])
     """
     table = visual_events(scene, radiance, breaks)
+    check_index("index", index, scene.count)
     table = table.take((table.receiver == index) & (table.front == front))
     jumps = np.stack([table.jump_E, table.jump_E1, table.jump_E2])
     live = np.any(jumps != 0.0, axis=0)

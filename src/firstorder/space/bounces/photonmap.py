@@ -23,7 +23,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 from scipy.spatial import KDTree
 
-from firstorder._argument_checks import check_count
+from firstorder._argument_checks import check_count, check_index
 from firstorder._display import in_print
 from firstorder.numerics._batching import in_batches
 from firstorder.numerics._vectors import dot
@@ -145,7 +145,7 @@ def photon_irradiance(
         For each receiver; by the nearest photons, zero on a side with fewer than two [W/m^2].
 
     Raises:
-        ValueError: if a receiver lies on no shape.
+        ValueError: if a receiver lies on no shape, or on one that is not there.
 
     Reference: Jensen 2001; J12 §4.4, eq. 30.
 
@@ -163,6 +163,7 @@ def photon_irradiance(
     """
     if np.any(np.asarray(at.on) < 0):
         raise ValueError("Argument `at` must lie on shapes: set `on` to the number of each.")
+    check_index("at.on", at.on, photons.scene.count)
     row = _in_a_row(at)
     side = np.asarray(_sides(photons.scene, row.on, _fronts(photons.scene, row), row.position))
     flux, radius = (np.zeros(side.size) for _ in range(2))
