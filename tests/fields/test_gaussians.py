@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstorder.checks.tolerance import normwise
+from firstorder.conventions import Frame
 from firstorder.fields import Gaussian, Grid, discrete_transform, gaussian
 
 GRID = Grid.spanning((72, 73), (5.0, 4.5))
@@ -54,6 +55,32 @@ def test_far_away_there_is_no_light_and_no_slope(precision, far):
                 np.testing.assert_array_equal(part, 0.0)
 
 
+def of_unit(metre, precision, order):
+    """A bell over two positions and two angles, and its spectrum per area, at the same places."""
+    P = np.diag([2.0, 1.0, 1.5, 0.8])
+    P[np.triu_indices(4, 1)] = 0.3, 0.9, 0.2, -0.1, 0.5, 0.4
+    P = np.triu(P) + np.triu(P, 1).T
+    units = np.array([metre, metre, 1.0, 1.0])[order]
+    frame = Frame(tuple(np.array(["x", "y", "theta", "phi"])[order].tolist()))
+    L = Gaussian(
+        jnp.zeros(4, precision), jnp.asarray(P / units / units[:, None], precision), 1.0, frame
+    )
+    value = L(*(0.3 * units).astype(precision))
+    return value, L.spectrum()(*(0.1 / units).astype(precision)) / metre**2
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("order", [[0, 1, 2, 3], [2, 3, 0, 1]])
+def test_a_bell_may_be_of_any_unit_of_length(precision, order):
+    """A wide one was refused."""
+    with jax.enable_x64(precision == "float64"):
+        truth = of_unit(1.0, precision, order)
+        far = 30 if precision == "float64" else 15  # determinants must stay within the range
+        for metre in (2.0**-far, 2.0**far):
+            found = of_unit(metre, precision, order)
+            np.testing.assert_allclose(found, truth, rtol=64 * jnp.finfo(precision).eps)
+
+
 def test_standard_deviations_and_correlation_are_those_of_the_bell():
     f = gaussian((0.21, -0.13), (0.55, 0.4), 0.35, 2.0)
     grid = Grid.spanning((101, 102), (4.5, 4.0))
@@ -95,6 +122,7 @@ def test_differentiable_in_its_parameters():
         (lambda: gaussian((0, 0), (1.0, 1.0, 1.0)), r"`sigma` must have shape \(2,\)"),
         (lambda: Gaussian([0, 0], [[1.0, 0.2], [0.1, 1.0]]), "`precision` must be symmetric"),
         (lambda: Gaussian([0, 0], [[1.0, 2.0], [2.0, 1.0]]), "`precision` must be symmetric"),
+        (lambda: Gaussian([0, 0], [[1e-18, 9e-18], [0.0, 1e-18]]), "`precision` must be symmetric"),
         (lambda: Gaussian([0, 0], np.eye(3)), r"`precision` must have shape \(2, 2\)"),
         (lambda: Gaussian([0, 0], np.full((2, 2), np.nan)), "`precision` must be finite"),
     ],
@@ -109,3 +137,5 @@ def test_a_traced_precision_that_is_not_positive_makes_no_bell(bad):
     value = jax.jit(lambda d: Gaussian(jnp.zeros(2), jnp.diag(d))(0.1, 0.2))
     assert np.isnan(value(jnp.array(bad)))
     assert value(jnp.ones(2)) > 0.9
+    far = jax.jit(lambda d: Gaussian(jnp.zeros(2), jnp.diag(d))(0.0, 0.0))
+    assert far(jnp.full(2, 1e-30, jnp.float32)) == 1.0  # a wide one is one

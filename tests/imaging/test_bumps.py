@@ -181,5 +181,8 @@ def test_bad_pixels_are_one_sentence():
         NormalMap.of(np.zeros((4, 4)))
     with pytest.raises(ValueError, match="`extent` must be positive"):
         NormalMap.of(np.full((4, 4, 3), 0.5), (1.0, 0.0))
+    words = r"`extent` must have shape \(2,\)|parameter extent="
+    with pytest.raises((ValueError, TypeError), match=words):
+        NormalMap.of(np.full((4, 4, 3), 0.5), 2.0)
     with pytest.raises(ValueError, match="`pixels` must be finite"):
         NormalMap.of(np.full((4, 4, 3), np.nan))

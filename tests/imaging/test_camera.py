@@ -134,6 +134,12 @@ def test_what_makes_no_camera_is_one_sentence(arguments, words):
         pinhole(*(np.array(a, float) for a in arguments))
 
 
+def test_a_number_is_no_place_of_an_eye():
+    """It was taken for a point with three equal coordinates."""
+    with pytest.raises(ValueError, match="`eye` must have three coordinates, but has shape"):
+        Pinhole(2.0, np.eye(3), 1.0)
+
+
 @pytest.mark.parametrize("axes", [2.0 * np.eye(3), np.ones((3, 3)), np.full((3, 3), np.nan)])
 def test_axes_of_a_camera_are_orthonormal(axes):
     """With longer ones the footprint was wrong, while directions were right."""

@@ -112,6 +112,16 @@ def test_labels_tell_faces_apart():
 def test_bad_sizes_are_one_sentence():
     with pytest.raises(ValueError, match="`columns` must be positive"):
         pixel_grid(0, 3)
+    with pytest.raises((ValueError, TypeError), match=r"`half_width` must be one|parameter half_"):
+        pixel_grid(2, 3, np.ones(3))
+
+
+def test_one_place_without_its_row_is_one_sentence():
+    scene = Scene.of(primitive(sphere((0.0, 0.0, 0.0), 0.8)))
+    with pytest.raises(ValueError, match=r"`p` must have shape \(n, 2\), but has \(2,\)"):
+        pixel_labels(scene, CAMERA, np.zeros(2))
+    with pytest.raises(TypeError, match=r"Argument `camera` must be a camera|parameter camera="):
+        pixel_labels(scene, scene, np.zeros((1, 2)))
 
 
 def test_a_lamp_that_runs_into_a_ball_is_refused_where_its_light_is_seen():

@@ -185,6 +185,8 @@ def test_bad_arguments_are_one_sentence():
         reflected_radiance(lambda x, w: w[0], ball, up, through="both")
     with pytest.raises(ValueError, match="`reading` must be one of"):
         scalar_curvature(-jnp.eye(2), "printed")
+    with pytest.raises(ValueError, match=r"`S` must have shape \(2, 2\), but has \(\)"):
+        surface_point(jnp.zeros(3), jnp.eye(3), -0.5)
 
 
 def test_flat_ground_has_no_curvature_in_any_reading_and_no_nan():

@@ -260,6 +260,8 @@ def test_a_world_of_other_things_is_one_sentence():
         Renderer(World(CAMERA, file, lamps=(LAMP,)))
     with pytest.raises(TypeError, match=r"^Argument `lamps` must be a tuple of lamps: write"):
         Renderer(World(CAMERA, file.scene, lamps=LAMP))
+    with pytest.raises(TypeError, match=r"^Argument `camera` must be a camera, as"):
+        Renderer(World(None, file.scene, lamps=(LAMP,)))
 
 
 def test_normals_are_given_for_each_model():

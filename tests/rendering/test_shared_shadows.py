@@ -131,6 +131,12 @@ def test_an_image_of_one_column_has_pixels_of_a_size():
     assert np.all(np.isfinite(one.shade(np.array([[0.5, 0.5]])).value))
 
 
+def test_a_camera_in_place_of_the_scene_is_one_sentence():
+    hits = imaging.primary_hits(SCENE, CAMERA, (1, 4))
+    with pytest.raises(TypeError, match=r"^Argument `scene` must be a Scene|parameter scene="):
+        share_shadow_rays(CAMERA, SCENE, LAMP, hits, "floor")
+
+
 def test_a_band_limit_of_nothing_is_refused():
     with pytest.raises(ValueError, match="`band_limit` must be positive"):
         shared(band_limit=0.0)

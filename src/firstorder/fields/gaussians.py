@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
@@ -63,7 +64,7 @@ class Gaussian(Field):
         check_finite("precision", self.precision)
         check_finite("amplitude", self.amplitude)
         if is_concrete(self.precision):
-            P = np.asarray(self.precision)
+            P = _in_own_units(np.asarray(self.precision))
             if not np.allclose(P, P.T) or np.min(np.linalg.eigvalsh(P)) <= 0:
                 raise ValueError(
                     "Argument `precision` must be symmetric and positive definite, but is not."
@@ -97,8 +98,15 @@ def _precision(P) -> Array:
     P = as_float(P)
     if is_concrete(P) or P.ndim != 2:
         return P
-    minors = jnp.stack([jnp.linalg.det(P[:k, :k]) for k in range(1, P.shape[0] + 1)])
-    return nan_unless(jnp.all(minors > 0.0), P)
+    root = jnp.linalg.cholesky(jax.lax.stop_gradient(P))
+    return nan_unless(jnp.all(jnp.isfinite(root)), P)
+
+
+def _in_own_units(P: np.ndarray) -> np.ndarray:
+    """A matrix in units of the roots of its diagonal: what is asked of it knows no metre."""
+    own = np.diagonal(P)
+    root = np.sqrt(np.where(own > 0.0, own, 1.0))
+    return P / root / root[:, None]
 
 
 class _GaussianSpectrum(Spectrum):

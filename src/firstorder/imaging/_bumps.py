@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_finite, check_positive
+from firstorder._argument_checks import check_finite, check_positive, check_shape
 from firstorder._display import Module
 from firstorder.conventions import Frame
 from firstorder.fields.spectrum import Grid
@@ -273,7 +273,7 @@ class NormalMap(Module):
 
         Raises:
             ValueError: if the pixels are not such an image, fewer than 4 along an axis, not
-                finite, or an extent is not positive.
+                finite, or there are not two extents, both positive.
         """
         pixels = as_float(pixels)
         if pixels.ndim != 3 or pixels.shape[2] != 3:
@@ -281,6 +281,7 @@ class NormalMap(Module):
                 f"Argument `pixels` must have shape (n_u, n_v, 3), but has {pixels.shape}."
             )
         check_finite("pixels", pixels)
+        check_shape("extent", np.asarray(extent), (2,))
         check_positive("extent", np.asarray(extent))
         half = tuple(0.5 * e for e in extent)
         grid = Grid.spanning(pixels.shape[:2], half, half)

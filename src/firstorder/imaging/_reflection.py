@@ -24,7 +24,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_unit
+from firstorder._argument_checks import check_shape, check_unit
 from firstorder._display import Module
 from firstorder.laws.zonal import Zonal
 from firstorder.typing import Scalar, as_float
@@ -75,6 +75,9 @@ def surface_point(position, axes, S) -> SurfacePoint:
         axes: orthonormal columns t, b, n (right-handed), shape (3, 3). Any t, b will do.
         S: shape operator in t, b [1/m], shape (2, 2); `-1/R` times the identity on a sphere.
 
+    Raises:
+        ValueError: if an argument has another shape.
+
     Reference: R07 App. B, with principal directions no longer needed.
 
     Example:
@@ -84,9 +87,11 @@ def surface_point(position, axes, S) -> SurfacePoint:
         >>> ball.turning[:, 0].tolist()  # the normal of a ball of radius 2 leans along with t
         [0.5, 0.0, 0.0]
     """
-    axes, S = as_float(axes), as_float(S)
+    position, axes, S = as_float(position), as_float(axes), as_float(S)
+    for name, a, shape in (("position", position, (3,)), ("axes", axes, (3, 3)), ("S", S, (2, 2))):
+        check_shape(name, a, shape)
     tangents = axes[:, :2]
-    return SurfacePoint(as_float(position), tangents, axes[:, 2], -tangents @ S)
+    return SurfacePoint(position, tangents, axes[:, 2], -tangents @ S)
 
 
 def mirrored(to_eye: Direction, normal: Direction) -> Direction:

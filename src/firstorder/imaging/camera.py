@@ -19,6 +19,7 @@ from jaxtyping import Array, Float
 from firstorder._argument_checks import (
     check_coordinates,
     check_finite,
+    check_kind,
     check_positive,
     check_shape,
     is_concrete,
@@ -62,7 +63,8 @@ class Pinhole(Module):
         gamma: focal length, in units of the image.
 
     Raises:
-        ValueError: if `gamma` is not positive, `eye` not finite, or `axes` are not orthonormal.
+        ValueError: if `gamma` is not positive, `eye` not a finite point, or `axes` are not
+            orthonormal.
 
     Reference: R07 §5.3, in space.
 
@@ -81,6 +83,7 @@ class Pinhole(Module):
 
     def __check_init__(self):
         """Refuse a camera that sees nothing."""
+        check_coordinates("eye", self.eye)
         check_finite("eye", self.eye)
         check_positive("gamma", self.gamma)
         check_shape("axes", self.axes, (3, 3))
@@ -116,6 +119,15 @@ class Pinhole(Module):
         slide = (base_normal @ d_D_p) / jnp.dot(base_normal, d)
         moved = distance * (d_D_p - d[:, None] * slide)
         return PixelFootprint(self.eye + distance * d, -d, distance, moved, -d_D_p)
+
+
+def _check_camera(camera: object) -> None:
+    """Refuses what is no camera of space.
+
+    Raises:
+        TypeError: if it is none.
+    """
+    check_kind("camera", camera, Pinhole, "a camera, as `imaging.pinhole` makes one")
 
 
 def pinhole(eye, target, up=(0.0, 0.0, 1.0), gamma=1.0) -> Pinhole:

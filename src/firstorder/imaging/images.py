@@ -21,11 +21,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_integer, check_positive, is_concrete
+from firstorder._argument_checks import check_integer, check_one, check_positive, is_concrete
 from firstorder._display import Module
 from firstorder._labelled import Dataset, data_set
 from firstorder.imaging._exact_radiance import exact_radiance, has_gloss
-from firstorder.imaging.camera import Pinhole
+from firstorder.imaging.camera import Pinhole, _check_camera
 from firstorder.numerics._batching import host_blocks
 from firstorder.numerics._vectors import dot
 from firstorder.scene._arguments import check_kind, numbers
@@ -110,6 +110,7 @@ def pixel_grid(columns: int, rows: int, half_width: float = 1.0) -> tuple[np.nda
     """
     check_integer("columns", columns)
     check_integer("rows", rows)
+    check_one("half_width", half_width)
     for name, number in (("columns", columns), ("rows", rows), ("half_width", half_width)):
         check_positive(name, number)
     side = 2.0 * half_width / columns
@@ -127,6 +128,10 @@ def pixel_labels(scene: Scene, camera: Pinhole, p: ArrayLike) -> tuple[Array, Ar
     Returns:
         Two arrays of integers, shape (n,).
 
+    Raises:
+        TypeError: if the scene or the camera is none of space.
+        ValueError: if `p` is not rows of two coordinates.
+
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.imaging import pinhole, pixel_labels
@@ -137,7 +142,11 @@ def pixel_labels(scene: Scene, camera: Pinhole, p: ArrayLike) -> tuple[Array, Ar
         [0, 1]
     """
     check_kind("scene", scene, Scene)
-    return _labels(scene, camera, numbers("p", p))
+    _check_camera(camera)
+    p = numbers("p", p)
+    if p.ndim != 2 or p.shape[1] != 2:
+        raise ValueError(f"Argument `p` must have shape (n, 2), but has {p.shape}.")
+    return _labels(scene, camera, p)
 
 
 FACES = 6

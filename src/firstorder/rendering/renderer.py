@@ -26,7 +26,7 @@ from firstorder._display import in_print
 from firstorder.imaging._lamps import Lamp
 from firstorder.imaging._light_terms import Light
 from firstorder.imaging._point_shading import ShadedPixels, shade_rows
-from firstorder.imaging.camera import Pinhole
+from firstorder.imaging.camera import Pinhole, _check_camera
 from firstorder.imaging.facets import Facets
 from firstorder.imaging.shading import SurfaceMaps
 from firstorder.imaging.sky_lights import CosineSkyLight, sky_light
@@ -116,7 +116,7 @@ class Renderer:
     Raises:
         ValueError: if there is nothing to see, or no light, or numbers of bands differ, or there
             are normals, but not for each model.
-        TypeError: if the scene is none, or the lamps are not in a tuple.
+        TypeError: if the camera or the scene is none, or the lamps are not in a tuple.
         ModuleNotFoundError: for models, without the extra `mesh`.
 
     Example:
@@ -134,6 +134,7 @@ class Renderer:
     """
 
     def __init__(self, world: World):
+        _check_camera(world.camera)
         if world.scene is not None:
             check_kind("scene", world.scene, Scene)
         if isinstance(world.lamps, Lamp):

@@ -29,6 +29,7 @@ from firstorder.imaging import (
 )
 from firstorder.numerics._batching import host_blocks
 from firstorder.reconstruction import ImageSamples, ShadedSamples, delaunay_image
+from firstorder.scene._arguments import check_kind
 from firstorder.shadowfield import (
     LampFrame,
     RayTable,
@@ -249,6 +250,7 @@ def share_shadow_rays(
         seed: of the random numbers.
 
     Raises:
+        TypeError: if the scene is none.
         ValueError: if no pixel shows the shape, there are several of that name, `band_limit` or
             `strata` is not positive, or the lamp is no rectangle.
 
@@ -268,6 +270,7 @@ def share_shadow_rays(
         >>> bool(seen < 0.7 * lit)
         True
     """
+    check_kind("scene", scene, Scene)
     check_positive("band_limit", band_limit)
     check_count("strata", strata)
     if np.size(hits.index) < 2:

@@ -7,6 +7,7 @@ import sympy as sp
 from scipy.integrate import quad
 
 from derivations.transport.brdf import general as derived
+from firstorder.fields import GaussianProfile
 from firstorder.transport.brdf.general import Ggx, LobeBrdf, TabulatedBrdf
 from firstorder.transport.brdf.lobes import glossy, lambert, retro
 from firstorder.transport.events.interface import Fresnel, Schlick
@@ -144,6 +145,12 @@ def test_a_table_is_met_at_its_nodes_and_exact_for_cubics():
 def test_bad_brdfs_are_refused_in_one_sentence(make, sentence):
     with pytest.raises(ValueError, match=sentence):
         make()
+
+
+def test_a_kernel_alone_is_no_lobe():
+    words = "^Argument `lobe` must be a lobe, as `glossy` makes one, but is a G|parameter|type hint"
+    with pytest.raises(TypeError, match=words):
+        LobeBrdf(GaussianProfile(0.1))
 
 
 @pytest.mark.parametrize("proof", derived.PROOFS, ids=lambda p: p.__name__)

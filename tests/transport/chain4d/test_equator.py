@@ -77,6 +77,14 @@ def test_rays_from_below_the_surface_or_past_the_plane_across_are_nan(frame, the
     assert np.isfinite(seen) == above
 
 
+@pytest.mark.parametrize(("theta", "phi"), [(2.0, 0.3), (0.3, 2.0), (-0.4, -1.8)])
+def test_rays_from_below_have_no_slopes(theta, phi):
+    """Those of a latitude past the pole had the slopes of the opposite ray."""
+    assert float(equator_direction(jnp.array(theta), jnp.array(phi))[2]) < 0.0
+    light = Gaussian(np.zeros(4), np.eye(4), 1.0, SPACE_SLOPE)
+    assert np.isnan(ToEquator()(light)(0.1, -0.2, theta, phi))
+
+
 @pytest.mark.parametrize("exact", [True, False])
 def test_back_undoes_the_bend(exact):
     S = jnp.array([[-0.5, 0.13], [0.13, 0.3]])

@@ -90,6 +90,8 @@ def test_the_weights_series_is_exact_on_the_window():
 def test_angles_need_no_slope_weight():
     with pytest.raises(ValueError, match="must name one or two slopes"):
         SlopeWeight(FLATLAND)
+    with pytest.raises(TypeError, match=r"Argument `frame` must be a `Frame`|type hint"):
+        SlopeWeight("v")
 
 
 @pytest.mark.smoke

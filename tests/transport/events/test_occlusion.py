@@ -211,6 +211,10 @@ def test_bad_blockers_are_one_sentence():
         comb_blocker([1.0, 2.0], 3, FRAME)
     with pytest.raises(TypeError, match=r"Argument `frame` must be a `Frame`|violates type hint"):
         comb_blocker(1.0, 3, "x")
+    with pytest.raises(TypeError, match=r"Argument `frame` must be a `Frame`|violates type hint"):
+        half_plane_blocker(0.0, "x")
+    with pytest.raises(ValueError, match="Argument `depth` must be one number"):
+        pit_blockers(1.0, [0.5, 1.0, 1.5], 2, FRAME)
     with pytest.raises(ValueError, match="Argument `period` must be positive"):
         comb_blocker(0.0, 3, FRAME)
     for count in (0, 2.5):  # with the import hook beartype is first

@@ -42,6 +42,8 @@ def test_bad_patterns_are_refused():
         Texture(Constant(1.0, FLATLAND))(gaussian((0.0, 0.0), (1.0, 1.0), frame=FLATLAND_SLOPE))
     with pytest.raises(ValueError, match="`frequency` must be finite"):
         wave(float("inf"))
+    with pytest.raises(ValueError, match="`frequency` must be one number, but has shape"):
+        wave([0.5, 1.0, 1.5])
 
 
 def test_derivatives_of_a_wave_are_those_of_its_cosine():

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_finite, check_positive, nan_unless
+from firstorder._argument_checks import check_finite, check_kind, check_positive, nan_unless
 from firstorder._display import Module
 from firstorder.fields.kernel import Profile
 from firstorder.numerics._select import whole_below
@@ -54,6 +54,7 @@ class LobeBrdf(Brdf):
     `o - w` for retro lobes.
 
     Raises:
+        TypeError: if it is no lobe, as a kernel alone.
         ValueError: if the lobe varies over the surface.
 
     Example:
@@ -67,6 +68,7 @@ class LobeBrdf(Brdf):
 
     def __check_init__(self):
         """Refuse a lobe that needs to know where it is."""
+        check_kind("lobe", self.lobe, Lobe, "a lobe, as `glossy` makes one")
         if not isinstance(self.lobe.kernel, Profile):
             name = type(self.lobe.kernel).__name__
             raise ValueError(f"Argument `lobe` must be the same everywhere, but is a {name}.")

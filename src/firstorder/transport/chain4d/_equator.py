@@ -281,7 +281,7 @@ class _Slopes(Map):
 
     def __call__(self, u: Ray) -> Ray:
         """Slopes of the angles."""
-        return jnp.stack([u[0], u[1], slope(u[2]), jnp.tan(u[3]) / jnp.cos(u[2])])
+        return jnp.stack([u[0], u[1], slope(u[2]), slope(u[3]) / jnp.cos(u[2])])
 
 
 class _Angles(Map):

@@ -8,7 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_not_negative, check_positive, nan_unless
+from firstorder._argument_checks import check_kind, check_not_negative, check_positive, nan_unless
 from firstorder.conventions import FLATLAND_SLOPE, Frame, fourier_kernel
 from firstorder.fields._series import Series
 from firstorder.fields.covariance import Covariance
@@ -38,6 +38,7 @@ class SlopeWeight(Field):
         scale: constant factor.
 
     Raises:
+        TypeError: if `frame` is none.
         ValueError: if a direction of the frame is no slope.
 
     Reference: D05 §3.3 (g and its transform), §5.1 (G), Fig. 5.
@@ -53,6 +54,7 @@ class SlopeWeight(Field):
 
     def __check_init__(self):
         """Refuse angles."""
+        check_kind("frame", self.frame, Frame, "a `Frame`, such as FLATLAND_SLOPE")
         if not self.frame.uses_slopes or len(self.frame.directions) > 2:
             raise ValueError(
                 f"Argument `frame` must name one or two slopes, but is {self.frame.coordinates}."

@@ -155,6 +155,7 @@ def half_plane_blocker(
         >>> half_plane_blocker(0.5, L.frame)(L)(0.0, 0.0).item()
         0.0
     """
+    _check_frame(frame)
     mask = half_plane(
         edge, _fraction("transparency", transparency), 1.0, frame.coordinates[0], frame
     )
@@ -302,7 +303,8 @@ def pit_blockers(
             `Multiply`).
 
     Raises:
-        ValueError: if `sheets` is not a positive integer, `depth` is negative, or see `Grating`.
+        ValueError: if `sheets` is not a positive integer, `depth` is negative or no one number, or
+            see `Grating`.
 
     Reference: D05 §3.2 for blockers one behind the other, §7 for pits.
 
@@ -316,6 +318,7 @@ def pit_blockers(
         (True, 0.0)
     """
     check_count("sheets", sheets)
+    check_one("depth", depth)
     check_not_negative("depth", depth)
     grating = Grating(_along(frame), period, open)
     depths = as_float(depth) * np.arange(1.0, sheets + 1.0) / sheets
@@ -329,7 +332,12 @@ def _fraction(name: str, x) -> Scalar:
     return nan_unless((x >= 0) & (x <= 1), x)
 
 
+def _check_frame(frame: Frame) -> None:
+    """Refuse what is no frame."""
+    check_kind("frame", frame, Frame, "a `Frame`, such as FLATLAND")
+
+
 def _along(frame: Frame) -> Affine:
     """The first position as a level."""
-    check_kind("frame", frame, Frame, "a `Frame`, such as FLATLAND")
+    _check_frame(frame)
     return Affine(np.eye(frame.dims)[frame.positions[0]], 0.0, frame)

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_finite
+from firstorder._argument_checks import check_finite, check_one
 from firstorder.conventions import UNSTATED, Frame, frame_with
 from firstorder.fields._coerce import field_of
 from firstorder.fields._series import Series
@@ -85,13 +85,14 @@ def wave(
         frame: names of all; left out, those that `axis` names.
 
     Raises:
-        ValueError: if there is no such coordinate, or the frequency is not finite.
+        ValueError: if there is no such coordinate, or the frequency is not one finite number.
 
     Example:
         >>> from firstorder.transport import wave
         >>> wave(0.25, mean=1.0)(0.0, 0.0).item()
         2.0
     """
+    check_one("frequency", frequency)
     frame = frame_with(axis, frame)
     along = jnp.zeros(frame.dims).at[frame.axis(axis)].set(1.0)
     return Wave(as_float(frequency) * along, amplitude, phase, mean, frame)

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_finite, check_positive, is_concrete
+from firstorder._argument_checks import check_finite, check_positive, check_shape, is_concrete
 from firstorder._display import Module
 from firstorder.conventions import Frame
 from firstorder.fields.jet import Jet
@@ -29,7 +29,7 @@ class BaseSurface(Module):
         point: where x is zero, in metres.
 
     Raises:
-        ValueError: if an argument is not finite.
+        ValueError: if an argument is not finite, or `point` has not two coordinates.
 
     Example:
         >>> from firstorder.transport import BaseSurface
@@ -45,6 +45,7 @@ class BaseSurface(Module):
         """Refuse what is no number."""
         for name in ("kappa", "n", "point"):
             check_finite(name, getattr(self, name))
+        check_shape("point", self.point, (2,))
 
     def normal_angle(self, x) -> Array:
         """`n + kappa x`."""
@@ -117,7 +118,7 @@ class Camera(Event):
         base: the surface that x runs along.
 
     Raises:
-        ValueError: if `gamma` is not positive, or `eye` not in front of the base.
+        ValueError: if `gamma` is not positive, or `eye` not a point in front of the base.
 
     Called: perspective projection, of image gradients (R07 §5.3).
 
@@ -139,6 +140,7 @@ class Camera(Event):
 
     def __check_init__(self):
         """Refuse a camera that sees nothing."""
+        check_shape("eye", self.eye, (2,))
         check_finite("eye", self.eye)
         check_positive("gamma", self.gamma)
         if is_concrete(self) and not self.base.faces(self.eye):
