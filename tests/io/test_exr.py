@@ -37,6 +37,8 @@ def test_other_programs_see_rows_from_the_top(tmp_path):
         ("a.exr", {}, "`layers` must hold arrays of one shape"),
         ("a.exr", {"a": np.ones((2, 2)), "b": np.ones((3, 2))}, "of one shape"),
         ("a.exr", {"a": np.ones(3)}, "of one shape"),
+        ("a.exr", {"a": np.ones((2, 2)), "": np.ones((2, 2))}, "must name each layer"),
+        ("a.exr", {"a": 1j * np.ones((2, 2))}, "must be real, but is complex"),
         ("a.exr", {"a": np.ones((0, 4))}, "must have pixels, but has"),
         ("a.exr", {"a": np.ones((4, 3, 0))}, "must have pixels, but has"),
         ("a.exr", {"value": np.ones((4, 3, 3)), "R": np.ones((4, 3))}, "two are called R"),

@@ -111,6 +111,27 @@ def test_arrays_come_back_under_their_names(tmp_path):
         assert arrays["words"].tolist() == ["a", "b"]
 
 
+@pytest.mark.parametrize("name", ["file", "allow_pickle", "a/b.npy", ""])
+def test_arrays_may_have_any_name_and_files_any_ending(tmp_path, name):
+    io.write_npz(tmp_path / "a.dat", {name: np.arange(3), "other": np.ones(2)})
+    with np.load(tmp_path / "a.dat") as arrays:
+        assert arrays[name].tolist() == [0, 1, 2]
+    assert [f.name for f in tmp_path.iterdir()] == ["a.dat"]
+
+
+def test_files_of_arrays_are_those_of_numpy_to_the_byte(tmp_path):
+    arrays = {"x": np.arange(3), "y": np.array(1.5), "words": np.array(["a", "b"])}
+    io.write_npz(tmp_path / "a.npz", arrays)
+    np.savez_compressed(tmp_path / "b.npz", **arrays)
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+
+
+def test_writing_leaves_the_mask_of_the_process_alone(tmp_path, monkeypatch):
+    """Who asks for it sets it: other threads would make files for everybody meanwhile."""
+    monkeypatch.setattr(os, "umask", lambda mask: pytest.fail("the mask was set"))
+    io.write_text(tmp_path / "a.txt", "light")
+
+
 def test_columns_come_back_to_the_last_digit(tmp_path):
     io.write_csv(tmp_path / "a.csv", {"x": [0.0, 1.0], "y": np.array([1 / 3, np.pi])})
     rows = [line.split(",") for line in (tmp_path / "a.csv").read_text().splitlines()]
@@ -123,3 +144,10 @@ def test_columns_that_do_not_fit_are_refused_in_a_sentence(tmp_path, columns):
     with pytest.raises(ValueError, match="Argument `columns` must be vectors of one length"):
         io.write_csv(tmp_path / "a.csv", columns)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("names", [("E", "E.R"), ("E.R", "E")])
+def test_no_column_takes_the_place_of_a_band(tmp_path, names):
+    given = {"E": np.ones((2, 3)), "E.R": np.zeros(2)}
+    with pytest.raises(ValueError, match=r"must give each column once, but two are called E\.R\."):
+        io.write_csv(tmp_path / "a.csv", {name: given[name] for name in names})

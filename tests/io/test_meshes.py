@@ -433,6 +433,8 @@ def test_a_fan_of_places_or_directions_is_hidden_where_a_face_comes_before():
     clear = abs(t - 1.0) > 1e-3  # single precision tells no closer
     hidden, share = tracer.fan_occluded(o[20:], ends), tracer.first_share(start, end)
     assert hidden.shape == (40, 20)
+    assert tracer.fan_occluded(o[20:], ends[:0]).shape == (40, 0)
+    assert tracer.fan_occluded(o[:0], ends).shape == (0, 20)
     assert 0.2 < np.mean(hidden) < 0.8
     np.testing.assert_array_equal(hidden.ravel()[clear], (t < 1.0)[clear])
     np.testing.assert_allclose(share[t < 0.99], t[t < 0.99], rtol=0.0, atol=1e-3)

@@ -114,6 +114,9 @@ def test_a_curve_goes_on_from_shape_to_shape():
     np.testing.assert_allclose(around["dE"], np.cos(2 * np.pi * around["s"]), rtol=0.0, atol=1e-12)
     with pytest.raises(ValueError, match="must be one of ceiling, floor, left, occluder, right"):
         receiver_curve(scene, "nobody")
+    for samples in (0, -5):
+        with pytest.raises(ValueError, match="`samples` must be a positive integer, but is"):
+            receiver_curve(scene, "floor", samples)
 
 
 def test_curves_are_broken_between_shapes(axes, curve):

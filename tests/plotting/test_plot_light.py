@@ -202,6 +202,15 @@ def test_a_spectrum_over_one_frequency_is_a_curve(ax):
     assert ax.get_ylabel() == r"magnitude $|\hat{L}|$"
 
 
+@pytest.mark.parametrize("sigma", [1e-9, 1e-5, 1e-3, 1.0, 1e3, 1e9])
+def test_a_spectrum_is_looked_for_where_light_of_any_width_has_it(sigma):
+    """A bell falls to a hundredth of its top at `sqrt(log(100) / 2) / (pi sigma)`."""
+    F = gaussian((0.0, 0.0), (sigma, 0.3), frame=FLATLAND_SLOPE).spectrum()
+    reach = 0.5 * np.array(frequencies_of(F, 8).extent) * [sigma, 0.3]
+    faint = np.sqrt(0.5 * np.log(100.0)) / np.pi
+    assert np.all((reach > 0.7 * faint) & (reach < 5.0 * faint))
+
+
 def test_the_frequencies_that_nobody_states_hold_the_energy():
     """A bell falls to a hundredth of its top at 3.03 deviations."""
     bell = frequencies_of(LIGHT.spectrum(), 8)

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from firstorder._argument_checks import check_real
 from firstorder.io._channels import openexr, read_channels
 from firstorder.io.files import atomic_write
 from firstorder.scene._bands import band_names
@@ -30,8 +31,8 @@ def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
         layers: by name, all of one shape (w, h), or (w, h, bands).
 
     Raises:
-        ValueError: without layers, for layers of different shapes or without pixels, for two
-            channels of one name, or for another kind of file.
+        ValueError: without layers, for layers that are complex, of different shapes or without
+            pixels, for a channel without a name or two of one name, or for another kind of file.
         ModuleNotFoundError: without the extra `images`.
 
     Example:
@@ -44,6 +45,8 @@ def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
         (['grad.u', 'value'], (3, 2))
     """
     path, OpenEXR = pathlib.Path(path), _writer(path)
+    for layer in layers.values():
+        check_real("layers", np.asarray(layer))
     shapes = {np.shape(a) for a in layers.values()}
     if len({s[:2] for s in shapes}) != 1 or not {len(s) for s in shapes} <= {2, 3}:
         raise ValueError(
@@ -54,6 +57,8 @@ def write_layers(path: str | os.PathLike[str], layers: Mapping[str, np.ndarray])
         raise ValueError(f"Argument `layers` must have pixels, but has {sorted(shapes)}.")
     channels = [channel for layer in layers.items() for channel in _channels(*layer)]
     names = [name for name, _ in channels]
+    if "" in names:
+        raise ValueError("Argument `layers` must name each layer, but one has no name.")
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise ValueError(
             f"Argument `layers` must give each channel once, but two are called {twice[0]}."

@@ -17,7 +17,8 @@ import math
 import os
 import pathlib
 import re
-import tempfile
+import secrets
+import zipfile
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -51,15 +52,13 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
     path.parent.mkdir(parents=True, exist_ok=True)
     sweep_parts(path.parent, re.escape(path.stem), path.suffix)
     # The suffix stays last: writers of pictures choose the format by it.
+    part = path.parent / f".{path.stem}.{secrets.token_hex(4)}.part{path.suffix}"
     try:
-        handle, name = tempfile.mkstemp(f".part{path.suffix}", f".{path.stem}.", path.parent)
+        part.touch(exist_ok=False)  # mkstemp's files are private to the user
     except OSError as error:
         raise type(error)(error.errno, error.strerror, str(path)) from None
-    os.close(handle)
-    part = pathlib.Path(name)
     try:
         yield part
-        part.chmod(0o666 & ~_umask())  # mkstemp's files are private to the user
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
@@ -119,8 +118,31 @@ def write_npz(path: str | os.PathLike[str], arrays: Mapping[str, Any]) -> None:
         >>> np.load(file)["E"].tolist()
         [1.0, 2.0]
     """
-    with atomic_write(path) as part:
-        np.savez_compressed(part, **{k: np.asarray(v) for k, v in arrays.items()})
+    with atomic_write(path) as part, part.open("wb") as file:
+        _pack_npz(file, arrays)
+
+
+def _pack_npz(file: Any, arrays: Mapping[str, Any]) -> None:
+    """Writes arrays by name as `np.savez_compressed` does, which keeps two names for itself.
+
+    Args:
+        file: of bytes, open for writing.
+        arrays: by any name; `file` and `allow_pickle` are arguments there.
+
+    Example:
+        >>> import io
+        >>> import numpy as np
+        >>> from firstorder.io.files import _pack_npz
+        >>> file = io.BytesIO()
+        >>> _pack_npz(file, {"file": [1.0]})
+        >>> _ = file.seek(0)
+        >>> np.load(file).files
+        ['file']
+    """
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as packed:
+        for name, array in arrays.items():
+            with packed.open(f"{name}.npy", "w", force_zip64=True) as entry:
+                np.lib.format.write_array(entry, np.asarray(array))
 
 
 def write_csv(path: str | os.PathLike[str], columns: Mapping[str, Any]) -> None:
@@ -133,7 +155,7 @@ def write_csv(path: str | os.PathLike[str], columns: Mapping[str, Any]) -> None:
         columns: vectors by name.
 
     Raises:
-        ValueError: if a column is no vector, or the lengths differ.
+        ValueError: if a column is no vector, the lengths differ, or two columns have one name.
 
     Example:
         >>> import pathlib, tempfile
@@ -165,9 +187,3 @@ def _finite(value: Any) -> Any:
         case list() | tuple():
             return [_finite(v) for v in value]
     return value
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

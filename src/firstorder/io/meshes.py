@@ -252,8 +252,10 @@ class Embree:
         """
         far = math.isinf(reach)
         a, b = self._single(starts), self._single(ways, along=far).ravel()
-        most = max(_FAN * 3 // len(b), 1)
         hidden = np.empty((len(a), len(b) // 3), bool)
+        if not hidden.size:
+            return hidden
+        most = max(_FAN * 3 // len(b), 1)
         dists = np.full(most * hidden.shape[1], 1e30 if far else 1.0, np.float32)
         for first in range(0, len(a), most):
             some = a[first : first + most]

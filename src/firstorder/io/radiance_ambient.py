@@ -32,6 +32,7 @@ from firstorder.io.scenes._elements import Place
 
 COLUMNS = 21
 COLUMNS_BEFORE = 18
+_WORD = 2**32  # flags fill one, and no level is as high
 # Radiance's weights of red, green and blue in a brightness.
 BRIGHTNESS = (0.265074126, 0.670114631, 0.064811243)
 
@@ -165,8 +166,10 @@ def _row(words: list[str], columns: int, place: Place) -> list[float]:
     level, weight = row[first], row[first + 1]
     radii = row[first + 2 : first + (4 if columns == COLUMNS else 3)]
     value = row[first + 2 + len(radii) : first + 5 + len(radii)]
-    if level != int(level) or level < 0:
-        raise place.error(f"the level must be a whole number, not negative, but is {level:g}.")
+    if level != int(level) or not 0 <= level < _WORD:
+        raise place.error(f"the level must be a whole number in [0, 2^32), but is {level:g}.")
+    if columns == COLUMNS and (row[-1] != int(row[-1]) or not 0 <= row[-1] < _WORD):
+        raise place.error(f"the corral must be a word of 32 bits, but is {row[-1]:g}.")
     if not 0.0 < weight <= 1.0:
         raise place.error(f"the weight must lie in (0, 1], but is {weight:g}.")
     if min(radii) <= 0.0:

@@ -87,16 +87,18 @@ def _energy(F: Spectrum) -> list[float]:
     ladder = np.concatenate([-steps[::-1], [0.0], steps])
     extent = F.extent()
     caps = [_cap(extent, i) for i in range(n)]
-    axes = [np.clip(ladder, -cap, cap) for cap in caps]
+    # Where the light is so narrow that its energy may lie beyond the ladder, it is stretched.
+    stretches = [max(1.0, cap / steps[-1]) if np.isfinite(cap) else 1.0 for cap in caps]
+    axes = [np.clip(a * ladder, -cap, cap) for a, cap in zip(stretches, caps, strict=True)]
     mesh = np.meshgrid(*axes, indexing="ij")
     found = np.nan_to_num(np.abs(np.asarray(F(*mesh))), posinf=0.0)
     strong = found >= FAINT * max(float(found.max()), 1e-300)
     halves = []
-    for omega, cap in zip(mesh, caps, strict=True):
+    for omega, stretch, cap in zip(mesh, stretches, caps, strict=True):
         reach = float(np.abs(omega[strong]).max(initial=0.0))
         if reach <= 0.0:
-            reach = steps[0]
-        elif reach >= steps[-1]:  # it does not die out
+            reach = stretch * steps[0]
+        elif reach >= steps[-1] and np.isinf(cap):  # it does not die out
             reach = 1.0
         halves.append(min(reach * steps[1] / steps[0], cap))  # up to the next rung
     return halves

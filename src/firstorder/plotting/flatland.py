@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from firstorder._argument_checks import check_count
 from firstorder.conventions import direction
 from firstorder.flatland import Scene, Segments, derivatives_on_shape, irradiance
 from firstorder.numerics._batching import in_batches
@@ -104,7 +105,7 @@ def receiver_curve(scene: Scene, name: str, samples: int = 201) -> dict[str, np.
         there are any.
 
     Raises:
-        ValueError: if there is no shape of that name.
+        ValueError: if there is no shape of that name, or `samples` is no positive integer.
 
     Example:
         >>> from firstorder.flatland.library import named_scene
@@ -126,8 +127,9 @@ def curve_of(scene: Scene, name: str, light, samples: int = 201) -> dict[str, np
         samples: on all of them together.
 
     Raises:
-        ValueError: if there is no shape of that name.
+        ValueError: if there is no shape of that name, or `samples` is no positive integer.
     """
+    check_count("samples", samples)
     numbers = np.array(scene.named(name))
     each = max(1, round(samples / len(numbers)))
     s = np.tile((np.arange(each) + 0.5) / each, len(numbers))

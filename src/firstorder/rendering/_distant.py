@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from firstorder.io.files import atomic_write
+from firstorder.io.files import _pack_npz, atomic_write
 from firstorder.jobs.running import run_jobs
 
 
@@ -27,7 +27,7 @@ class _Packed:
 
     def __call__(self, job: tuple[Any, int]) -> bytes:
         file = io.BytesIO()
-        np.savez_compressed(file, **self.layers(self.shade, *job))
+        _pack_npz(file, self.layers(self.shade, *job))
         return file.getvalue()
 
 

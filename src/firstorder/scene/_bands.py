@@ -68,6 +68,9 @@ def band_names(bands: int) -> tuple[str, ...]:
 def band_columns(columns: Mapping[str, Any]) -> dict[str, np.ndarray]:
     """Columns of a table in which one of n rows of bands is a column for each band.
 
+    Raises:
+        ValueError: if two of them have one name.
+
     Example:
         >>> import numpy as np
         >>> from firstorder.scene._bands import band_columns
@@ -77,11 +80,15 @@ def band_columns(columns: Mapping[str, Any]) -> dict[str, np.ndarray]:
     found = {}
     for name, column in columns.items():
         column = np.asarray(column)
+        each = {name: column}
         if column.ndim == 2 and column.shape[1] > 1:
-            each = zip(band_names(column.shape[1]), column.T, strict=True)
-            found |= {f"{name}.{band}": values for band, values in each}
-        else:
-            found[name] = column
+            bands = band_names(column.shape[1])
+            each = {f"{name}.{b}": values for b, values in zip(bands, column.T, strict=True)}
+        if twice := sorted(found.keys() & each.keys()):
+            raise ValueError(
+                f"Argument `columns` must give each column once, but two are called {twice[0]}."
+            )
+        found |= each
     return found
 
 

@@ -357,6 +357,19 @@ def test_curves_that_follow_each_other_may_have_other_samples_and_harmonics(harm
     np.testing.assert_array_equal(found.sines, wanted.sines)
 
 
+@pytest.mark.parametrize("samples", [1, 2, 4096])
+def test_curves_of_few_and_of_many_samples_come_back(samples):
+    ring = Curves([(0.0, 0.0), (0.0, 1.0)], [(0.0, 0.0), (1.0, 0.0)], samples)
+    (found,) = flatland_from_toml(flatland_to_toml(Scene.of(primitive(ring)))).groups
+    assert found.samples == samples
+
+
+def test_curves_of_too_many_samples_are_not_written():
+    ring = Curves([(0.0, 0.0), (0.0, 1.0)], [(0.0, 0.0), (1.0, 0.0)], 4097)
+    with pytest.raises(ValueError, match="at most 4096 samples to be written, but one has 4097"):
+        flatland_to_toml(Scene.of(primitive(ring)))
+
+
 @pytest.mark.parametrize("kind", sorted({*space_toml._GEOMETRY} - {*flatland_toml._GEOMETRY}))
 def test_a_shape_of_space_without_its_dimensions_is_told_to_state_them(kind):
     words = f'kind "{kind}" is one of space: a scene of space begins with `dimensions = 3`'

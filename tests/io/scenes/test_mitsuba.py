@@ -403,6 +403,19 @@ def test_a_leaning_or_flat_cylinder_and_a_mesh_without_a_folder_are_refused():
 
 
 @pytest.mark.parametrize(
+    ("name", "held"), [("a\0", r"'\x00'"), ("\x1b[", r"'\x1b'"), ("$a", "'$a'")]
+)
+def test_names_that_xml_would_not_give_back_are_refused(tmp_path, name, held):
+    """Control characters are no XML, and a dollar asks for a <default>."""
+    with pytest.raises(ValueError, match=re.escape(f"takes no name with {held} in it.")):
+        write_mitsuba(tmp_path / "a.xml", Scene.of(primitive(BALL, name=name)))
+    assert not list(tmp_path.iterdir())
+    held = "é <&>\"' \n\t\r\u2028\x85 5$ $"
+    write_mitsuba(tmp_path / "a.xml", Scene.of(primitive(BALL, name=held)))
+    assert read_mitsuba(tmp_path / "a.xml").things[0].name == held
+
+
+@pytest.mark.parametrize(
     ("inside", "sentence"),
     [
         ('<bsdf type="diffuse" id="a"/><bsdf type="diffuse" id="a"/>', 'the id "a" stands twice'),

@@ -1,5 +1,6 @@
 """Expressions as functions of arrays, against mpmath and closed forms."""
 
+import jax
 import jax.numpy as jnp
 import mpmath
 import numpy as np
@@ -8,11 +9,12 @@ import sympy
 
 from firstorder.conventions import FLATLAND_SLOPE, Frame
 from firstorder.errors import Refused
-from firstorder.fields import Affine, Function, GaussianProfile, HalfPlane
+from firstorder.fields import Affine, Function, GaussianProfile, HalfPlane, gaussian
 from firstorder.laws import Convolve
 from firstorder.symbolic import derive
 from firstorder.symbolic._programs.functions import Moment, unknown_function
 from firstorder.symbolic._programs.lowering import lowered
+from firstorder.transport import Travel
 
 x, y, a, b, t, s = sympy.symbols("x y a b t s", real=True)
 
@@ -30,6 +32,27 @@ def test_numbers_broadcast_and_parameters_go_by_name():
     u, v = np.array([[0.1], [0.7]]), np.array([1.0, 2.0, 3.0])
     found = run(x - 2 * y + a / b, u, v, b=4.0, a=2.0)
     np.testing.assert_allclose(found, u - 2.0 * v + 0.5)
+
+
+@pytest.mark.parametrize("x64", [False, True])
+def test_whole_numbers_may_have_any_size(x64):
+    """JAX's have 32 or 64 bits; half the inverse square of a width of an angstrom has 66."""
+    with jax.enable_x64(x64):
+        found = run(sympy.exp(-(x**2) * 10**20 / 2) - 2**31 * y, 1e-10, 2.0**-31)
+        alone = run(sympy.Matrix([10**21]), 1e-10)
+    np.testing.assert_allclose(found, np.exp(-0.5) - 1.0, rtol=1e-12 if x64 else 1e-6)
+    np.testing.assert_allclose(alone, [[1e21]], rtol=1e-15 if x64 else 1e-6)
+
+
+@pytest.mark.parametrize("sigma", [1e-10, 1e10])
+def test_formulas_of_light_of_any_width_have_numbers(sigma):
+    light = gaussian((0.0, 0.0), (sigma, 0.5), frame=FLATLAND_SLOPE)
+    portraits = derive(light >> Travel(sigma))
+    value = portraits.value.lower()(sigma, 0.5)
+    np.testing.assert_allclose(value, np.exp(-0.125 - 0.5), rtol=1e-14)
+    spectrum = portraits.spectrum.lower()(0.25 / sigma, 0.1)
+    wanted = np.pi * sigma * np.exp(-2.0 * np.pi**2 * (0.25**2 + 0.25 * 0.35**2))
+    np.testing.assert_allclose(spectrum, wanted, rtol=1e-13)
 
 
 def test_a_matrix_has_its_axes_last():

@@ -17,6 +17,8 @@ Matrix = Float[np.ndarray, "4 4"]
 OBJECTS = ("shape", "bsdf", "emitter", "texture", "integrator", "sensor", "sampler", "film",
            "rfilter", "medium", "volume", "phase", "subsurface")  # fmt: skip
 VERSION = "3.0.0"
+# What no name has in XML: letters that it lacks, and what a <default> would fill in.
+_UNNAMED = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]|\\$\\w+")
 MOST_FILLED = 100_000  # a <default> may hold others, and two of each double with every line
 
 
@@ -219,12 +221,18 @@ def xml_of_dict(scene: Mapping[str, Any], tags: Mapping[str, str]) -> str:
     Args:
         scene: as `space_to_mitsuba` makes it, with arrays as transforms.
         tags: the element's name by the type of an object.
+
+    Raises:
+        ValueError: if a name holds what no name has in XML.
     """
     lines = [f'<scene version="{VERSION}">']
     for key, value in scene.items():
         if key != "type":
             lines += _object_lines(value, tags, f" id={quoteattr(key)}")
-    return "\n".join([*lines, "</scene>"]) + "\n"
+    text = "\n".join([*lines, "</scene>"]) + "\n"
+    if found := _UNNAMED.search(text):
+        raise ValueError(f"In XML Mitsuba takes no name with {found[0]!r} in it.")
+    return text
 
 
 def _object_lines(value: Mapping[str, Any], tags: Mapping[str, str], words: str) -> list[str]:

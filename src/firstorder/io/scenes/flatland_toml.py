@@ -81,6 +81,8 @@ from firstorder.io.scenes._toml_tables import (
 from firstorder.io.scenes._toml_text import exact_text, material_lines, quoted
 from firstorder.scene._arguments import check_kind
 
+MOST_SAMPLES = 4096  # of a curve: a short file must not ask for much
+
 # --- reading -------------------------------------------------------------------------------------
 
 
@@ -218,8 +220,9 @@ def _ellipse(table):
 def _curve(table):
     rows = _rows(table, cosines=points, sines=points)
     samples = table.take("samples", whole, 64)
-    if not 4 <= samples <= 4096:
-        raise table.at("samples").error(f"`samples` must lie in [4, 4096], but is {samples}.")
+    if not 1 <= samples <= MOST_SAMPLES:
+        words = f"`samples` must lie in [1, {MOST_SAMPLES}], but is {samples}."
+        raise table.at("samples").error(words)
     return "curve", {**rows, "samples": samples}
 
 
@@ -295,7 +298,7 @@ def write_flatland(path: str | os.PathLike[str], scene: Scene) -> None:
             `PanoramaSky`), or none.
 
     Raises:
-        ValueError: if the environment is another function.
+        ValueError: if the environment is another function, or a curve has more than 4096 samples.
 
     Example:
         >>> import pathlib, tempfile
@@ -313,7 +316,8 @@ def flatland_to_toml(scene: Scene) -> str:
     """The text that `write_flatland` writes.
 
     Raises:
-        ValueError: if the environment is one that a file cannot name.
+        ValueError: if the environment is one that a file cannot name, or a curve has more than
+            4096 samples.
 
     Example:
         >>> from firstorder.flatland import Circles, Scene, primitive
@@ -362,6 +366,11 @@ def _geometry(group, i: int, name: str):
     for key in keys:
         yield f"{key} = {exact_text(np.asarray(getattr(group, key))[i])}"
     if isinstance(group, Curves):
+        if group.samples > MOST_SAMPLES:
+            raise ValueError(
+                f"Argument `scene` must have curves of at most {MOST_SAMPLES} samples to be "
+                f"written, but one has {group.samples}."
+            )
         yield f"samples = {group.samples}"
 
 

@@ -22,6 +22,7 @@ from firstorder.transport import bessel_zk1
 NODES = 32  # of each panel of a quadrature
 MOST = 2  # variables of an integral
 PANELS = 12  # of an integral without ends
+MOST_WHOLE = 2**31  # in single precision JAX's whole numbers have 32 bits
 # Functions that SymPy's printer for JAX does not know.
 SPECIAL: dict[str, Callable] = {
     "erf": jax.scipy.special.erf,
@@ -79,8 +80,13 @@ def as_function(symbols: Sequence[Expr], entries: Sequence[Expr], calls: dict[st
     # The names of coordinates may be words of Python (lambda): dummies have names of their own.
     dummies = [sympy.Dummy() for _ in symbols]
     pairs = dict(zip(symbols, dummies, strict=True))
-    replaced = [e.xreplace(pairs) for e in entries]
+    replaced = [e.xreplace(pairs | _floats(e)) for e in entries]
     return sympy.lambdify(dummies, replaced, modules=[calls, "jax"], cse=True)
+
+
+def _floats(entry: Expr) -> dict[Expr, Expr]:
+    """Floating numbers for whole ones that may have too many bits for whole numbers of JAX."""
+    return {n: sympy.Float(n) for n in entry.atoms(sympy.Integer) if abs(n) >= MOST_WHOLE}
 
 
 def _bessel(order: int | float, z) -> jax.Array:
