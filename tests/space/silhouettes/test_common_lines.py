@@ -218,7 +218,7 @@ def test_every_pair_of_planes_has_a_line():
 
 
 @pytest.mark.parametrize("fault", ["none", "the other side", "behind"])
-def test_a_wrong_line_is_noticed(fault, monkeypatch):
+def test_with_a_wrong_line_the_edges_of_light_do_not_close(fault, monkeypatch):
     right = _common_lines._half_circles
 
     def wrong(*args):
@@ -229,5 +229,4 @@ def test_a_wrong_line_is_noticed(fault, monkeypatch):
         return arcs.at[:, turned].multiply(-1.0), meet
 
     monkeypatch.setattr(_common_lines, "_half_circles", wrong)
-    found = irradiance(wall_over_a_floor(1.0, 0.0), Receiver.at(0.5 * Z, X))
-    assert abs(found - lit_from_the_wall(0.5, 1.0)) > 0.1
+    assert np.isnan(irradiance(wall_over_a_floor(1.0, 0.0), Receiver.at(0.5 * Z, X)))
