@@ -45,6 +45,7 @@ BESIDE = "beside a box digits are lost: a lamp in two shines otherwise by 1e-10"
 THIN = "a lamp or a triangle a million times as long as wide loses digits of the light"
 TIES = "where three edges coincide, or two at one distance, the derivatives by their things mix"
 SQUARES = "in float32 Hessians overflow where lengths are below 1e-8"
+FAR_LINES = "in float32 planes all but parallel meet in a line known to a rounding over their angle"
 POINTS = "a circle of 1e-10 loses digits of its Hessian"
 
 CHANGES = "order", "mirror", "turn", "shift", "split", "power_of_*"
@@ -76,6 +77,10 @@ LIMITS = (
     Limit("space", "*", "sliver", "*", THIN),
     Limit("space", "float64", "tiny", "power_of_*", SMALL),
     Limit("space", "float32", "near_*", "*", NEAR),
+    *(
+        Limit("space", "float32", "planes_that_meet", kind, FAR_LINES)
+        for kind in ("nan", "rays", *CHANGES)
+    ),
     *(
         Limit("space", "float32", name, kind, SINGLE)
         for name in ("edge_on", "edges_in_line", "equal", "horizon", "in_line", "lamp_on_a_wall")

@@ -83,10 +83,14 @@ def test_each_piece_across_which_light_jumps_is_missed(name):
 
 
 def test_chords_join_directions():
-    ends = jnp.array([[[2.0, 0.0, 0.0], [0.0, 3.0, 0.0]], [[0.0, 0.0, 0.5], [0.0, 3.0, 4.0]]])
-    found = chords(ends, jnp.array([0.0, 0.5 * np.pi, np.pi]))
-    expected = [[-1.0, 0.0, 1.0], [0.0, -0.4, 0.8], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0]]
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-15)
+    lines, straight = [[[2.0, 0.0, 0.0], [0.0, 2.0, 0.0]]], [[0.0, 0.5, 1.0]]
+    arcs, curved = [[[0.0, 0.0, 3.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]], [[0.0, 0.5 * np.pi]]
+    azimuths = [0.0, 0.5 * np.pi, np.pi]
+    found = chords(*(jnp.array(a) for a in (lines, arcs, straight, curved, azimuths)))
+    half = np.sqrt(0.5)
+    wanted = [[half - 1.0, half, 0.0], [-half, 1.0 - half, 0.0], [-0.8, 0.8, 0.0]]
+    wanted += [[-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0]]
+    np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-15)
 
 
 # --- shapes that run into each other, traced -----------------------------------------------------

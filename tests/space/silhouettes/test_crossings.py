@@ -179,6 +179,34 @@ def test_fault_samples_all_around_lose_such_crossings(monkeypatch):
     assert missed_pairs() > 0
 
 
+# Arcs (centre and radii) in the coordinates of thin ellipses, along whose longer axis they run.
+CONE = arc((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+ALONG = [
+    ((-47.53954832, 25.10187251, 8.97327558), (-3.10713978, 0.27194989, 0.33802504),
+     (48.76863305, -26.23343239, -8.76039369)),
+    ((-0.26746468, 1045.56161926, 29.04820705), (-1.3239688, -588.75690026, -16.15349841),
+     (0.79801053, -878.18011608, -24.06019259)),
+    ((-0.05638113, 70.3095388126, 4.520515572), (-2.99602156, -58.7964826836, -3.1545813414),
+     (4.32817665, -40.1838264961, -2.1504748527)),
+    ((-1.47907605, -709.180204243, 87.6933537265), (1.6381050916, 133.379176939, -16.0570465529),
+     (-0.5179225546, 706.494792064, -85.982626489)),
+    ((-0.0316437228, 92.355526286793, 14.182354181), (-0.1648688558, -92.323363343, -13.720587309),
+     (0.8792268827, -15.631149437, -2.31469622)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("points", ALONG)
+def test_arcs_along_thin_ellipses_cross_them(points):
+    """Two crossings close together fell into one piece of the search."""
+    one = arc(*points)
+    t = np.linspace(0.0, 2.0 * np.pi, 1_000_001)
+    x, y, z = np.asarray(one.point(jnp.asarray(t))).T
+    inside = x * x + y * y < z * z
+    counted = np.sum((inside[1:] != inside[:-1]) & (z[1:] > 0.0))
+    assert counted > 0
+    assert np.sum(np.asarray(on_cone(one, CONE)) > 0.0) == counted
+
+
 def test_segments_are_cut_by_planes_and_by_cones():
     one = line((-1.0, 0.3, 1.0), (1.0, 0.4, 2.0))
     p = one.point(jnp.asarray(0.3))

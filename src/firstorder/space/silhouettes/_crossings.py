@@ -27,7 +27,7 @@ from firstorder.space.silhouettes._curves import TURN, SilhouetteArcs, Silhouett
 
 Vector = Float[Array, "3"]
 ROUNDINGS = 16.0  # in a height over a plane, whose normal is a product, and in its square
-SAMPLES, MOST = 16, 4  # of a trigonometric polynomial of degree two, which has four roots
+SAMPLES, MOST = 10, 4  # of a trigonometric polynomial of degree two, which has four roots
 
 
 def on_plane(arc: SilhouetteArcs, normal: Vector) -> Float[Array, "2"]:
@@ -94,7 +94,7 @@ def on_cone(arc: SilhouetteArcs, other: SilhouetteArcs) -> Float[Array, "4"]:
     """
     mine = _in_coordinates_of(other, arc)
     fixed = jax.lax.stop_gradient(mine)
-    pieces = _in_front(*(y[2] for y in fixed))
+    pieces = _in_front(*fixed)
     f, fixed = _cone(*mine), _cone(*fixed)
     low, high, found = brackets(fixed, pieces)
     which = order_of(~found)[:MOST]
@@ -114,15 +114,20 @@ def _in_coordinates_of(other: SilhouetteArcs, arc: SilhouetteArcs) -> tuple[Vect
     return matvec(turn, arc.center), matvec(turn, arc.a), matvec(turn, arc.b)
 
 
-def _in_front(c: Array, a: Array, b: Array) -> Float[Array, " samples_1"]:
-    """Ends of even pieces [turns] of the range where `c + a cos t + b sin t` is positive.
+def _in_front(c: Vector, a: Vector, b: Vector) -> Float[Array, " pieces_1"]:
+    """Ends of pieces [turns] of the range where `c + a cos t + b sin t` lies before the eye.
 
-    Of the whole turn if the sign does not change.
+    They are even, and cut where the arc crosses an axis of the other one's ellipse, which is at
+    zero of y_1 or y_2: of a thin ellipse its longer axis lies between two roots, however close
+    they are. If all of the arc lies before the eye, or none, the range is the whole turn.
     """
     crosses, middle, half = _positive(c, a, b)
-    start = either(crosses, middle - half, 0.0) / TURN
-    length = either(crosses, 2.0 * half, TURN) / TURN
-    return start + length * even(SAMPLES, c.dtype)
+    start = either(crosses[2], middle[2] - half[2], 0.0) / TURN
+    length = either(crosses[2], 2.0 * half[2], TURN) / TURN
+    on_axes = jnp.concatenate([middle[:2] - half[:2], middle[:2] + half[:2]]) / TURN
+    inside = jnp.minimum(jnp.mod(on_axes - start, 1.0), length)
+    cuts = jnp.concatenate([length * even(SAMPLES, c.dtype), inside])
+    return start + rows(cuts, order_of(cuts))
 
 
 def _cone(c: Vector, a: Vector, b: Vector):

@@ -247,7 +247,8 @@ def _cut_outlines(
         jnp.concatenate([ends[:, part].ravel() for ends in (straight, curved)])
         for part in (slice(None, -1), slice(1, None))
     )
-    sides, above, ways = _seen(found, axes, lines, arcs, whose, low, high, azimuths)
+    sides, above = _seen(found, axes, lines, arcs, whose, low, high, azimuths)
+    ways = chords(lines, arcs, straight, curved, azimuths)
     # What is not seen must not spoil sums or derivatives, wherever it is.
     low, high = (either(sides.seen, a, b) for a, b in zip((low, high), SOME_ENDS, strict=True))
     lines, arcs = _harmless_parts(found.lines, found.arcs, sides.seen, len(whose[0]))
@@ -324,11 +325,11 @@ def _rise(lines: Array, arcs: Array, eps: float) -> Bool[Array, " m_c"]:
 
 
 def _seen(found: _Outlines, axes, lines, arcs, whose, low, high, azimuths):
-    """Shapes beside the middle of each part, and above each part of the horizon; all chords."""
+    """Shapes on either side of the middle of each part, and above each part of the horizon."""
     eye, turn, lines, arcs, low, high, azimuths = jax.lax.stop_gradient(
         (found.eye, found.turn @ axes, lines, arcs, low, high, azimuths)
     )
-    p, v, ends = _points(lines, arcs, whose, low, high)
+    p, v = _middles(lines, arcs, whose, low, high)
     eps = _eps(found, axes)
     owner = np.concatenate([a[k] for a, k in zip(found.owners, whose, strict=True)])
     alive = jnp.concatenate([found.lines_live, found.arcs_live]) & _rise(lines, arcs, eps)
@@ -364,8 +365,7 @@ def _seen(found: _Outlines, axes, lines, arcs, whose, low, high, azimuths):
         sees, cut = either(meets, both[0] & both[1], sees), meets | cut
         behind = either(meets, other, behind)
     seen = live & (p[:, 2] > 0.0) & sees
-    sides = SilhouetteSides(jnp.asarray(owner), seen, behind, cut)
-    return sides, above, chords(ends, azimuths)
+    return SilhouetteSides(jnp.asarray(owner), seen, behind, cut), above
 
 
 def _others_of(found: _Outlines) -> np.ndarray:
@@ -375,16 +375,16 @@ def _others_of(found: _Outlines) -> np.ndarray:
     return others
 
 
-def _points(lines: Array, arcs: Array, whose, low: Array, high: Array):
-    """The middle of every part, the way along it from end to end, and both ends."""
-    s, t = jnp.split(jnp.stack([0.5 * (low + high), low, high])[..., None], [len(whose[0])], 1)
+def _middles(lines: Array, arcs: Array, whose, low: Array, high: Array) -> tuple[Array, Array]:
+    """The middle of every part, and the way along it from end to end."""
+    s, t = _at(0.5 * (low + high)[:, None], len(whose[0]))
     start, end = jnp.unstack(rows(lines, whose[0]), axis=1)
     center, a, b = jnp.unstack(rows(arcs, whose[1]), axis=1)
     along = end - start
     cos, sin = jnp.cos(t), jnp.sin(t)
-    p = jnp.concatenate([start + s * along, center + a * cos + b * sin], 1)
-    v = jnp.concatenate([along, b * cos[0] - a * sin[0]])
-    return p[0], (high - low)[:, None] * v, p[1:]
+    p = jnp.concatenate([start + s * along, center + a * cos + b * sin])
+    v = jnp.concatenate([along, b * cos - a * sin])
+    return p, (high - low)[:, None] * v
 
 
 def _ask(found: _Outlines, eye: Array, turn: Array, w: Float[Array, "r 3"]):
