@@ -130,6 +130,7 @@ def test_writing_leaves_the_mask_of_the_process_alone(tmp_path, monkeypatch):
     """Who asks for it sets it: other threads would make files for everybody meanwhile."""
     monkeypatch.setattr(os, "umask", lambda mask: pytest.fail("the mask was set"))
     io.write_text(tmp_path / "a.txt", "light")
+    assert (tmp_path / "a.txt").read_text() == "light"
 
 
 def test_columns_come_back_to_the_last_digit(tmp_path):
