@@ -5,6 +5,7 @@ import pytest
 
 from firstorder.bandwidth import (
     band_limit,
+    blocker_distance,
     glossy_bandwidth,
     glossy_bandwidth_in_space,
     glossy_criterion,
@@ -29,20 +30,39 @@ from firstorder.fields import (
     half_plane,
 )
 from firstorder.fields._haar import haar_matrix
+from firstorder.flatland import diffuse_brdf, phong_brdf
+from firstorder.flatland._radiometry import foreshortening
+from firstorder.imaging import Lamp, SurfaceReflectance
 from firstorder.laws import Convolve, Integrate, Move, VonMisesFisher
+from firstorder.sampling import (
+    CosineDirections,
+    CosinePowerLobe,
+    PiecewiseConstant,
+    UniformDirections,
+)
+from firstorder.shadowfield import (
+    replicas_overlap,
+    sampling_rates,
+    sheared_filter,
+    wedge_corners,
+)
+from firstorder.space.library import sphere_over_plane
 from firstorder.transport import (
     ClampedCosine,
     Curvature,
     Fresnel,
     Ggx,
+    LobeBrdf,
     Mirror,
     Reflection,
     Schlick,
     Snell,
+    TabulatedBrdf,
     Transmission,
     Travel,
     VaryingGaussian,
     comb_blocker,
+    diffuse,
     fresnel_reflection,
     glossy,
     grating_blocker,
@@ -56,9 +76,13 @@ from firstorder.transport import (
 )
 from firstorder.transport.brdf.lobes import TabulatedProfile
 from firstorder.transport.events.diffuse import Gather
+from firstorder.transport.shading._horizon import AboveLine
 from firstorder.transport.shading.surface import far_light_ratio
+from firstorder.visibility import bracket_edges
 
 LIGHT = gaussian((0.1, 0.0), (1.0, 0.5), frame=FLATLAND)
+NARROW = sheared_filter(1.0, 0.25, 0.5, Omega_y_max=2.0, Omega_pix=16.0)
+NARROW_RATES = sampling_rates(NARROW, wedge_corners(1.0, 0.25, 0.5, 8.0))
 OUT = gaussian((0.1, 0.0), (1.0, 0.5), frame=FLATLAND.turned())
 
 WRONG = {
@@ -110,6 +134,20 @@ WRONG = {
         1.0, 1.0, jnp.full((2, 2), jnp.inf), 1.0
     ),
     "frame without that coordinate": lambda: Frame(("x", "v")).without("theta"),
+    "no edge of a slit": lambda: slit_blocker(None, 0.5, FLATLAND_SLOPE),
+    "word for a period": lambda: comb_blocker("one", 3, FLATLAND_SLOPE),
+    "a gathering without nodes": lambda: diffuse(nodes=0),
+    "NaN albedo": lambda: SurfaceReflectance(jnp.nan),
+    "negative exponent": lambda: SurfaceReflectance(0.5, 0.2, -1.0),
+    "NaN shift": lambda: Lamp((0, 0, 2), (0, 1, 0), (1, 0, 0), shift=(jnp.nan, 0.0)),
+    "NaN angle": lambda: bracket_edges(lambda a: a > 0.0, jnp.array([-1.0, jnp.nan])),
+    "NaN point": lambda: blocker_distance(
+        sphere_over_plane(), jnp.full((1, 3), jnp.nan), jnp.eye(3)[None], jnp.array([-1])
+    ),
+    "NaN direction": lambda: blocker_distance(
+        sphere_over_plane(), jnp.eye(3)[:1], jnp.full((1, 2, 3), jnp.nan), jnp.array([-1])
+    ),
+    "NaN corner": lambda: replicas_overlap(NARROW, [[jnp.nan, 0.0]] * 3, NARROW_RATES),
 }
 
 
@@ -227,3 +265,34 @@ def test_a_lobe_is_nan_where_its_width_is_negative_and_only_there():
     lobe = VaryingGaussian(wave(0.5, 0.4, mean=0.3), 0.7)
     assert np.isnan(lobe(1.0, 0.05))
     assert np.isfinite(lobe(0.0, 0.05))
+
+
+# A direction that is NaN lies neither above the horizon nor below it: no number stands for it.
+UNKNOWN = {
+    "clamped cosine": lambda a: ClampedCosine()(0.0, a),
+    "light above a line": lambda a: AboveLine(LIGHT)(0.1, a),
+    "Fresnel": lambda a: Fresnel(1.5)(0.0, a),
+    "Schlick": lambda a: Schlick(0.04)(0.0, a),
+    "Transmission": lambda a: Transmission(1.5)(0.0, a),
+    "Ggx, light": lambda a: Ggx(0.3)(a, 0.2),
+    "Ggx, eye": lambda a: Ggx(0.3)(0.2, a),
+    "lobe, light": lambda a: LobeBrdf(glossy(0.2))(a, 0.2),
+    "lobe, eye": lambda a: LobeBrdf(glossy(0.2))(0.2, a),
+    "table, light": lambda a: TabulatedBrdf(np.full((5, 6), 0.5))(a, 0.2),
+    "table, eye": lambda a: TabulatedBrdf(np.full((5, 6), 0.5))(0.2, a),
+    "flatland's diffuse": lambda a: diffuse_brdf(0.5)(a, 0.2),
+    "flatland's Phong, light": lambda a: phong_brdf(0.5, 3.0)(a, 0.2),
+    "flatland's Phong, eye": lambda a: phong_brdf(0.5, 3.0)(0.2, a),
+    "foreshortening": foreshortening,
+    "uniform directions": lambda a: UniformDirections().density(a),
+    "cosine directions": lambda a: CosineDirections().density(a),
+    "directions of a lobe": lambda a: CosinePowerLobe(3.0).density(a),
+    "steps": lambda a: PiecewiseConstant([1.0, 2.0], 0.0, 1.0).density(a),
+}
+
+
+@pytest.mark.parametrize("density", UNKNOWN.values(), ids=UNKNOWN)
+def test_a_direction_that_is_nan_is_told(density):
+    assert np.isnan(density(jnp.nan))
+    assert np.isfinite(density(0.4))
+    assert density(2.0) in (0.0, 1.0)  # below the horizon, where all is reflected or nothing

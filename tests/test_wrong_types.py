@@ -29,9 +29,11 @@ from firstorder.transport import (
     Blend,
     Bump,
     Fresnel,
+    Lobe,
     Occlusion,
     PlanarBlockers,
     Reflection,
+    Tabulate,
     Texture,
     Travel,
     VaryingGaussian,
@@ -237,6 +239,22 @@ def test_a_number_is_no_edge_and_no_function(make, name, words):
     ours = rf"^Argument `{name}` must be {words}, but is a float\.$"
     with pytest.raises(TypeError, match=rf"{ours}|parameter {name}="):
         make(3.0)
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize(
+    ("make", "name", "words"),
+    [
+        (Lobe, "kernel", r"a kernel, such as GaussianProfile\(0\.1\)"),
+        (lambda x: Lobe(GaussianProfile(0.1), x), "argument", "MIRROR, NORMAL or RETRO"),
+        (Tabulate, "grid", r"a grid, as `Grid\.spanning` makes one"),
+    ],
+)
+def test_a_word_is_no_part_of_an_event(make, name, words):
+    """With the import hook it is beartype that says it."""
+    ours = rf"^Argument `{name}` must be {words}, but is a str\.$"
+    with pytest.raises(TypeError, match=rf"{ours}|parameter {name}="):
+        make("mirror")
 
 
 @pytest.mark.smoke

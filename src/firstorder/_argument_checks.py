@@ -33,7 +33,7 @@ def is_concrete(x: Any) -> bool:
 
 def _all(name: str, x: Any, ok, words: str) -> None:
     """Raise unless `ok` holds on all of `x`; a tree of placeholders is left alone."""
-    check_real(name, x)
+    check_number(name, x)
     a = _numbers(x) if is_concrete(x) else None
     if a is None:
         return
@@ -54,6 +54,13 @@ def _numbers(x: Any) -> np.ndarray | None:
     except ValueError:  # rows of several lengths
         return None
     return a if a.dtype.kind in "biuf" else None
+
+
+def check_number(name: str, x: Any) -> None:
+    """Refuse words and complex numbers; what else there is, JAX may know how to read."""
+    if isinstance(x, (str, bytes)):
+        raise TypeError(f"Argument `{name}` must be a number, but is {x!r}.")
+    check_real(name, x)
 
 
 def check_real(name: str, x: Any) -> None:
@@ -134,7 +141,10 @@ def check_coordinates(name: str, x: Any) -> None:
 
 
 def check_one(name: str, x: Any) -> None:
-    """Refuse more than one number."""
+    """Refuse what is not one number."""
+    check_number(name, x)
+    if x is None:
+        raise TypeError(f"Argument `{name}` must be a number, but is None.")
     shape = np.shape(x)
     if shape:
         raise ValueError(f"Argument `{name}` must be one number, but has shape {shape}.")

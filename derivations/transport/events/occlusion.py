@@ -33,7 +33,7 @@ def _dimmed_transform(ends, through, Omega) -> complex:
     X, wx = _pieces(np.asarray(ends))
     V, wv = _pieces(np.array([-4.0, 0.0, 4.0]))
     share = np.repeat(through, 80)
-    light = np.vectorize(bell)(X[:, None], V)
+    light = bell(X[:, None], V)
     wave = np.exp(-2j * np.pi * (Omega[0] * X[:, None] + Omega[1] * V))
     return complex((wx * share) @ (light * wave) @ wv)
 

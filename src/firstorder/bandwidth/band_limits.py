@@ -40,6 +40,7 @@ from firstorder.laws.integrate import Integrate
 from firstorder.laws.move import Move
 from firstorder.laws.multiply import Multiply
 from firstorder.laws.warp import Warp
+from firstorder.numerics._compiled import compiled
 from firstorder.numerics._scale import power_of_two
 from firstorder.transport.event import Path
 from firstorder.transport.events.cosine import ClampedCosine
@@ -159,6 +160,7 @@ class BandLimit(Module):
             cut.generators[keep], cut.bounds, cut.rows, cut.limits, self.frame.without(axis)
         )
 
+    @compiled
     def reach(self, direction: RealLike) -> Scalar:
         """Largest `direction . Omega` in the set (its support function), in cycles per unit.
 
@@ -180,6 +182,7 @@ class BandLimit(Module):
         vertices = np.array(list(itertools.combinations(range(m + q), q)), dtype=int)
         return jnp.min(jax.vmap(lambda chosen: _dual(A, target, size, weights, chosen))(vertices))
 
+    @compiled
     def farthest(self, direction: RealLike) -> Vector:
         """A corner of the set that reaches farthest along `direction`.
 

@@ -245,6 +245,9 @@ def blocker_distance(
         along: unit vectors, k from each, shape (n, k, 3).
         on: number of the shape on which each point lies, shape (n,).
 
+    Raises:
+        ValueError: if a point or a direction is not finite.
+
     Example:
         >>> import jax.numpy as jnp
         >>> from firstorder.bandwidth import blocker_distance
@@ -255,6 +258,8 @@ def blocker_distance(
         [[inf, 7.5]]
     """
     x, along = numbers("x", x), numbers("along", along)
+    check_finite("x", x)
+    check_finite("along", along)
     start = jnp.broadcast_to(x[:, None], along.shape)
     whose = jnp.broadcast_to(jnp.asarray(on)[:, None], along.shape[:2])
     return nearest(scene, start.reshape(-1, 3), along.reshape(-1, 3), whose.ravel()).t.reshape(

@@ -16,7 +16,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 
-from firstorder._argument_checks import check_not_negative, check_one
+from firstorder._argument_checks import check_not_negative, check_one, nan_unless
 from firstorder.conventions import direction
 from firstorder.flatland.direct_lighting import Radiance, irradiance
 from firstorder.flatland.estimators._incident import incident_radiance, seen_from
@@ -156,7 +156,7 @@ def foreshortening(theta: ArrayLike) -> Values:
     Reference: J12 §3.1, eq. 12.
     """
     theta = as_float(theta)
-    return jnp.where(jnp.abs(theta) < 0.5 * jnp.pi, jnp.cos(theta), 0.0)
+    return jnp.where(jnp.abs(theta) >= 0.5 * jnp.pi, 0.0, jnp.cos(theta))
 
 
 def diffuse_brdf(albedo: ArrayLike) -> Brdf:
@@ -211,9 +211,9 @@ def phong_brdf(share: ArrayLike, exponent: ArrayLike) -> Brdf:
 
     def f(w, o):
         away = jnp.cos(as_float(w) + o)
-        lit = (away > 0.0) & (jnp.abs(as_float(w) + o) < 0.5 * jnp.pi)
-        power = jnp.exp(m * jnp.log(jnp.where(lit, away, 1.0)))
-        return jnp.where(lit, k * power / _cosine_power(m + 1.0), 0.0) * _above(w, o)
+        dark = (away <= 0.0) | (jnp.abs(as_float(w) + o) >= 0.5 * jnp.pi)
+        power = jnp.exp(m * jnp.log(jnp.where(dark, 1.0, away)))
+        return jnp.where(dark, 0.0, k * power / _cosine_power(m + 1.0)) * _above(w, o)
 
     return f
 
@@ -232,9 +232,9 @@ def _cosine_power(exponent: ArrayLike) -> Values:
 
 
 def _above(w: ArrayLike, o: ArrayLike) -> Array:
-    """One if both directions are above the horizon, else zero."""
-    up = (jnp.abs(as_float(w)) < 0.5 * jnp.pi) & (jnp.abs(as_float(o)) < 0.5 * jnp.pi)
-    return jnp.where(up, 1.0, 0.0)
+    """One if both directions are above the horizon, else zero; NaN if one of them is."""
+    wide = jnp.maximum(jnp.abs(as_float(w)), jnp.abs(as_float(o)))
+    return nan_unless(wide == wide, jnp.where(wide < 0.5 * jnp.pi, 1.0, 0.0))
 
 
 # --- reflection ----------------------------------------------------------------------------------

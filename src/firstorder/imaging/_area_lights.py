@@ -31,6 +31,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from firstorder._argument_checks import check_finite, check_not_negative
 from firstorder._display import Module
 from firstorder.imaging._lamps import Direction, SampledLight
 from firstorder.imaging._reflection import SurfacePoint, half_turn, mirrored
@@ -50,6 +51,9 @@ class SurfaceReflectance(Module):
         exponent: s, of the cosine to the mirrored direction; not negative.
         slope: gradient in space of the albedo, where that is a texture [1/m].
 
+    Raises:
+        ValueError: if a share, the exponent or the slope is not finite, or the exponent negative.
+
     Example:
         >>> from firstorder.imaging import SurfaceReflectance
         >>> SurfaceReflectance(0.5, specular=0.25, exponent=20.0).albedo.item()
@@ -60,6 +64,12 @@ class SurfaceReflectance(Module):
     specular: Scalar = eqx.field(converter=as_float, default=0.0)
     exponent: Scalar = eqx.field(converter=as_float, default=1.0)
     slope: Direction = eqx.field(converter=as_float, default=(0.0, 0.0, 0.0))
+
+    def __check_init__(self):
+        """Refuse a lobe without a height or a width."""
+        for name in ("albedo", "specular", "slope"):
+            check_finite(name, getattr(self, name))
+        check_not_negative("exponent", self.exponent)
 
 
 class LobeRadiance(Module):

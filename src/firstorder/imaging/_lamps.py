@@ -102,6 +102,7 @@ class Lamp(Module):
         for name in ("center", "u", "v"):
             check_coordinates(name, getattr(self, name))
             check_finite(name, getattr(self, name))
+        check_finite("shift", self.shift)
         check_not_negative("radiance", self.radiance)
         if is_concrete((self.u, self.v)) and not _span(np.asarray(self.u), np.asarray(self.v)):
             raise ValueError("Arguments `u` and `v` must span an area, but do not.")

@@ -22,6 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
+from firstorder._argument_checks import check_finite
 from firstorder._display import in_print
 from firstorder.imaging._lamps import Lamp
 from firstorder.imaging._light_terms import Light
@@ -226,8 +227,12 @@ class Renderer:
             shadows: whether rays are traced to the lights.
             gradients: whether more than the value is wanted; the rest is zero if not.
             lights: those of pass 0, if left out.
+
+        Raises:
+            ValueError: if a coordinate is not finite.
         """
         p = np.asarray(p, float)
+        check_finite("p", p)
         seen = self.seen(p) if seen is None else seen
         lights = self.lights if lights is None else tuple(lights)
         lit = np.flatnonzero((seen.index >= 0) & (seen.index < self._first_lamp))
@@ -260,8 +265,12 @@ class Renderer:
             seen: what they show, if that is known.
             gradients: whether the gradient is wanted.
             lights: those of pass 0, if left out.
+
+        Raises:
+            ValueError: if a coordinate is not finite.
         """
         p = np.asarray(p, float)
+        check_finite("p", p)
         seen = self.seen(p) if seen is None else seen
         lights = self.lights if lights is None else tuple(lights)
         if self.world.shapes or any(isinstance(one, CosineSkyLight) for one in lights):

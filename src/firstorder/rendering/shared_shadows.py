@@ -17,7 +17,7 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_count, check_positive
+from firstorder._argument_checks import check_count, check_finite, check_positive
 from firstorder._display import in_print
 from firstorder.imaging import (
     Lamp,
@@ -142,7 +142,11 @@ class SharedShadows(NamedTuple):
 
         Returns:
             For `reconstruction.sample_image`; `more` is the gradient if shadows did not move.
+
+        Raises:
+            ValueError: if a place is not finite.
         """
+        check_finite("p", p)
         hits = self.seen(p)
         light, (share, moved) = self.unshadowed(hits), self.visible(hits)
         value, slope = np.asarray(light.value), self.side * np.asarray(light.gradient)

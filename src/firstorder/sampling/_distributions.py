@@ -54,7 +54,8 @@ class UniformDirections(Module):
     def density(self, a: ArrayLike) -> Float[Array, "*n"]:
         """Density per radian; zero beyond the horizon."""
         a = as_float(a)
-        return jnp.where(jnp.abs(a) <= HORIZON, 1.0 / jnp.pi, 0.0).astype(a.dtype)
+        density = jnp.where(jnp.abs(a) > HORIZON, 0.0, 1.0 / jnp.pi).astype(a.dtype)
+        return nan_unless(a == a, density)
 
 
 class CosineDirections(Module):
@@ -74,7 +75,8 @@ class CosineDirections(Module):
 
     def density(self, a: ArrayLike) -> Float[Array, "*n"]:
         """Density per radian; zero beyond the horizon."""
-        return 0.5 * jnp.maximum(jnp.cos(as_float(a)), 0.0) * (jnp.abs(as_float(a)) <= HORIZON)
+        a = as_float(a)
+        return jnp.where(jnp.abs(a) > HORIZON, 0.0, 0.5 * jnp.maximum(jnp.cos(a), 0.0))
 
 
 class CosinePowerLobe(Module):
@@ -125,8 +127,8 @@ def lobe_sine(e: Float[Array, "*#n"], u: Float[Array, "*#n"], v: Float[Array, "*
 
 def lobe_power(cosine: Float[Array, "*#n"], e: Float[Array, "*#n"]) -> Array:
     """`cos^e` above the horizon of the lobe, zero below; 1 for `e = 0`."""
-    above = cosine > 0.0
-    return jnp.where(above, jnp.where(above, cosine, 1.0) ** e, 0.0)
+    below = cosine <= 0.0
+    return jnp.where(below, 0.0, jnp.where(below, 1.0, cosine) ** e)
 
 
 def lobe_area(e: Float[Array, "*n"]) -> Float[Array, "*n"]:
@@ -249,6 +251,8 @@ class PiecewiseConstant(Module):
         n = self.weights.shape[0]
         place = (as_float(x) - self.low) / (self.high - self.low)
         index = jnp.clip(jnp.floor(place * n).astype(int), 0, n - 1)
-        inside = (place >= 0.0) & (place <= 1.0)
+        outside = (place < 0.0) | (place > 1.0)
         p = Discrete(self.weights).probability[index] * n / (self.high - self.low)
-        return nan_unless(self.low < self.high, jnp.where(inside, p, 0.0))
+        # A place that is NaN is told: that of an interval that ends before it begins, or of x.
+        known = (self.low < self.high) & (place == place)
+        return nan_unless(known, jnp.where(outside, 0.0, p))

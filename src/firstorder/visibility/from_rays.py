@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from firstorder._argument_checks import check_count, check_positive, nan_unless
+from firstorder._argument_checks import check_count, check_finite, check_positive, nan_unless
 from firstorder._display import Module
 from firstorder.typing import as_float
 from firstorder.visibility.edge_angles import EdgeAngle, edge_at
@@ -95,6 +95,9 @@ def bracket_edges(
         steps: bisections; left out, as many as the precision has bits.
 
     Raises:
+        ValueError: if an angle is not finite, or `size` is no positive integer.
+
+    Raises:
         ValueError: if `size` is not positive.
 
     Reference: R07 §6.3, where the edge is the sampled angle itself.
@@ -107,6 +110,7 @@ def bracket_edges(
         ([-0.3, 0.3], [1.0, -1.0])
     """
     check_count("size", size)
+    check_finite("angles", angles)
     angles = jax.lax.stop_gradient(as_float(angles))
     seen: Bool[Array, " n"] = blocked(angles)
     changes = seen[1:] != seen[:-1]

@@ -22,11 +22,11 @@ def light(frame: Frame = FLATLAND) -> Gaussian:
     return gaussian(CENTER, SIGMA, CORRELATION, 1.3, frame)
 
 
-def bell(x: float, y: float) -> float:
-    """Light of the cases in plain NumPy, for brute force."""
+def bell(x, y):
+    """Light of the cases in plain NumPy, for brute force; of numbers or of arrays."""
     (cx, cy), (sx, sy), r = CENTER, SIGMA, CORRELATION
     a, b = (x - cx) / sx, (y - cy) / sy
-    return 1.3 * float(np.exp(-0.5 * (a * a - 2.0 * r * a * b + b * b) / (1.0 - r * r)))
+    return 1.3 * np.exp(-0.5 * (a * a - 2.0 * r * a * b + b * b) / (1.0 - r * r))
 
 
 __all__ = [

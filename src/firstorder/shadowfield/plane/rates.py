@@ -17,6 +17,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._argument_checks import (
     check_count,
+    check_finite,
     check_not_negative,
     check_one,
     check_positive,
@@ -212,7 +213,7 @@ def replicas_overlap(filter: RayFilter, corners, rates: SamplingRates, reach: in
         reach: replicas in each direction that are looked at.
 
     Raises:
-        ValueError: if `reach` is no positive integer.
+        ValueError: if `reach` is no positive integer, or a corner is not finite.
 
     Example:
         >>> from firstorder.shadowfield import SamplingRates, replicas_overlap, sampling_rates
@@ -224,6 +225,7 @@ def replicas_overlap(filter: RayFilter, corners, rates: SamplingRates, reach: in
         [False, True]
     """
     check_count("reach", reach)
+    check_finite("corners", corners)
     body = np.asarray(filter.corners())
     half = np.asarray(_three(corners))
     for m in range(-reach, reach + 1):
@@ -241,12 +243,12 @@ def _height(body: Float[Array, "k 2"], other: Float[Array, "m 2"]) -> Scalar:
     """
     points = (body[:, None] + other).reshape(-1, 2)
     x, y = points[:, 0], points[:, 1]
-    across = (x[:, None] <= 0.0) & (x >= 0.0)
-    run = jnp.where(across, x - x[:, None], 1.0)
+    beside = (x[:, None] > 0.0) | (x < 0.0)
+    run = jnp.where(beside, 1.0, x - x[:, None])
     upright = run == 0.0
     t = jnp.where(upright, 0.0, -x[:, None]) / jnp.where(upright, 1.0, run)
     met = jnp.where(upright, jnp.maximum(y, y[:, None]), y[:, None] + t * (y - y[:, None]))
-    return jnp.max(jnp.where(across, met, -jnp.inf))
+    return jnp.max(jnp.where(beside, -jnp.inf, met))
 
 
 def _meet(a: np.ndarray, b: np.ndarray) -> bool:

@@ -77,8 +77,8 @@ class LobeBrdf(Brdf):
         """Chain rule: the argument moves by `look` with o."""
         look, profile = self.lobe.argument.look, self.lobe.kernel
         assert isinstance(profile, Profile)
-        above = (jnp.abs(o) <= 0.5 * np.pi) & (jnp.abs(w) <= 0.5 * np.pi)
-        p, d, dd = (jnp.where(above, f, 0.0) for f in profile.derivatives(look * o - w))
+        below = (jnp.abs(o) > 0.5 * np.pi) | (jnp.abs(w) > 0.5 * np.pi)
+        p, d, dd = (jnp.where(below, 0.0, f) for f in profile.derivatives(look * o - w))
         return p, look * d, look**2 * dd
 
     def peaks(self, o: Scalar) -> list[Scalar]:
@@ -128,8 +128,8 @@ class Ggx(Brdf):
 
     def derivatives(self, w: Scalar, o: Scalar) -> Three:
         """Product and quotient rule over the factors."""
-        above = (jnp.abs(o) < 0.5 * np.pi) & (jnp.abs(w) < 0.5 * np.pi)
-        w, o = jnp.where(above, w, 0.0), jnp.where(above, o, 0.0)
+        below = (jnp.abs(o) >= 0.5 * np.pi) | (jnp.abs(w) >= 0.5 * np.pi)
+        w, o = jnp.where(below, 0.0, w), jnp.where(below, 0.0, o)
         d = 0.5 * (w - o)
         cos_d = jnp.cos(d), 0.5 * jnp.sin(d), -0.25 * jnp.cos(d)
         rho = _times(self._facets(0.5 * (w + o)), cos_d)
@@ -138,8 +138,8 @@ class Ggx(Brdf):
             rho = _times(rho, (F, -0.5 * F1, 0.25 * F2))  # d falls half as fast as o grows
         (a, a1, a2), aw = self._apparent(o), self._apparent(w)[0]
         cos_w, cos_o, sin_o = jnp.cos(w), jnp.cos(o), jnp.sin(o)
-        below = aw * cos_o + a * cos_w, -aw * sin_o + a1 * cos_w, -aw * cos_o + a2 * cos_w
-        r, r1, r2 = (jnp.where(above, f, 0.0) for f in _over(rho, below))
+        widths = aw * cos_o + a * cos_w, -aw * sin_o + a1 * cos_w, -aw * cos_o + a2 * cos_w
+        r, r1, r2 = (jnp.where(below, 0.0, f) for f in _over(rho, widths))
         return r, r1, r2
 
     def _facets(self, h) -> Three:
@@ -194,12 +194,12 @@ class TabulatedBrdf(Brdf):
 
     def derivatives(self, w: Scalar, o: Scalar) -> Three:
         """Four by four B-splines overlap at every pair of angles."""
-        above = (jnp.abs(o) <= 0.5 * np.pi) & (jnp.abs(w) <= 0.5 * np.pi)
+        below = (jnp.abs(o) > 0.5 * np.pi) | (jnp.abs(w) > 0.5 * np.pi)
         (i, (b, _, _), _), (j, basis, step) = (
             self._overlap(a, n) for a, n in zip((w, o), self.coefficients.shape, strict=True)
         )
         row = jnp.sum(b[:, None] * self.coefficients[i[:, None], j], axis=0)
-        rho = [jnp.where(above, jnp.sum(row * b) / step**k, 0.0) for k, b in enumerate(basis)]
+        rho = [jnp.where(below, 0.0, jnp.sum(row * b) / step**k) for k, b in enumerate(basis)]
         return rho[0], rho[1], rho[2]
 
     def peaks(self, o: Scalar) -> list[Scalar]:

@@ -16,6 +16,7 @@ from jaxtyping import Array, Float
 from firstorder._argument_checks import (
     check_between,
     check_finite,
+    check_kind,
     check_positive,
     is_concrete,
     nan_unless,
@@ -67,6 +68,9 @@ class Lobe(Module):
         argument: `MIRROR` (glossy), `NORMAL` (diffuse) or `RETRO` (back to where it came from).
         cosine: multiply by `cos+(omega - n)`, the clamped cosine of the incoming local angle.
 
+    Raises:
+        TypeError: if `kernel` is no kernel, or `argument` no `LobeArgument`.
+
     Example:
         >>> from firstorder.fields import GaussianProfile
         >>> from firstorder.transport import Lobe
@@ -78,6 +82,11 @@ class Lobe(Module):
     kernel: Kernel
     argument: LobeArgument = eqx.field(static=True, default=MIRROR)
     cosine: bool = eqx.field(static=True, default=False)
+
+    def __check_init__(self):
+        """Refuse what is no kernel, and an angle in words."""
+        check_kind("kernel", self.kernel, Kernel, "a kernel, such as GaussianProfile(0.1)")
+        check_kind("argument", self.argument, LobeArgument, "MIRROR, NORMAL or RETRO")
 
 
 class CosinePowerProfile(Profile):

@@ -56,8 +56,8 @@ class ClampedCosine(Angular):
 
     def derivatives(self, t: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """`cos, -sin, -cos` above the horizon, zeros below."""
-        above = jnp.abs(t) < 0.5 * np.pi
-        c, s = jnp.where(above, jnp.cos(t), 0.0), jnp.where(above, jnp.sin(t), 0.0)
+        below = jnp.abs(t) >= 0.5 * np.pi  # and not `above`: an angle that is NaN is lost no more
+        c, s = jnp.where(below, 0.0, jnp.cos(t)), jnp.where(below, 0.0, jnp.sin(t))
         return c, -s, -c
 
     def breaks(self) -> "tuple[tuple[Scalar, Angular], ...]":

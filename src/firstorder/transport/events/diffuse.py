@@ -8,7 +8,13 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from firstorder._argument_checks import check_kind, check_not_negative, check_positive, nan_unless
+from firstorder._argument_checks import (
+    check_count,
+    check_kind,
+    check_not_negative,
+    check_positive,
+    nan_unless,
+)
 from firstorder.conventions import FLATLAND_SLOPE, Frame, fourier_kernel
 from firstorder.fields._series import Series
 from firstorder.fields.covariance import Covariance
@@ -211,7 +217,7 @@ class Gather(Event):
         nodes: Gauss-Legendre nodes per smooth piece.
 
     Raises:
-        ValueError: if `reach` is not positive.
+        ValueError: if `reach` or `nodes` is not positive.
 
     Called: diffuse integration (D05 §3.3).
 
@@ -233,6 +239,7 @@ class Gather(Event):
     def __check_init__(self):
         """Refuse an interval that is none."""
         check_positive("reach", self.reach)
+        check_count("nodes", self.nodes)
 
     def law(self, frame: Frame) -> Law:
         """Integrate along the slope."""

@@ -114,8 +114,8 @@ class _Dielectric(Angular):
         offset, scale = self._affine()
         scale = nan_unless(self.eta > 0, scale)
         R, d, dd = _along_angle(lambda c: _dielectric(self.eta, c), t)
-        above = jnp.abs(t) < _HORIZON
-        R, d, dd = jnp.where(above, R, 1.0), jnp.where(above, d, 0.0), jnp.where(above, dd, 0.0)
+        below = jnp.abs(t) >= _HORIZON
+        R, d, dd = jnp.where(below, 1.0, R), jnp.where(below, 0.0, d), jnp.where(below, 0.0, dd)
         return offset + scale * R, scale * d, scale * dd
 
     def breaks(self) -> "tuple[tuple[Scalar, Angular], ...]":
@@ -223,8 +223,8 @@ class Schlick(Angular):
     def derivatives(self, t: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """Value and two derivatives in the angle; 1 below the horizon."""
         R, d, dd = _along_angle(self._of_cosine, t)
-        above, valid = jnp.abs(t) < _HORIZON, (self.R0 >= 0) & (self.R0 <= 1)
-        clamped = jnp.where(above, R, 1.0), jnp.where(above, d, 0.0), jnp.where(above, dd, 0.0)
+        below, valid = jnp.abs(t) >= _HORIZON, (self.R0 >= 0) & (self.R0 <= 1)
+        clamped = jnp.where(below, 1.0, R), jnp.where(below, 0.0, d), jnp.where(below, 0.0, dd)
         R, d, dd = (nan_unless(valid, f) for f in clamped)
         return R, d, dd
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import equinox as eqx
 import jax.numpy as jnp
 
+from firstorder._argument_checks import check_kind
 from firstorder.conventions import Frame
 from firstorder.errors import Refused
 from firstorder.fields.field import Field
@@ -31,6 +32,7 @@ class Tabulate(Event):
         boundary: what lies beyond the grid, per axis (see `Spline`).
 
     Raises:
+        TypeError: if `grid` is no grid.
         ValueError: if the grid does not have the light's number of coordinates.
 
     Example:
@@ -44,6 +46,10 @@ class Tabulate(Event):
 
     grid: Grid
     boundary: str | tuple[str, ...] = eqx.field(static=True, default="zero")
+
+    def __check_init__(self):
+        """Refuse what is no grid."""
+        check_kind("grid", self.grid, Grid, "a grid, as `Grid.spanning` makes one")
 
     def law(self, frame: Frame) -> Law:
         """Refused: a table is made of the whole field, and is no law at a ray."""

@@ -50,9 +50,9 @@ class AboveLine(Field):
         return self.light.frame
 
     def _masked(self, function: Callable, u: Ray):
-        above = (jnp.cos(u[1]) > 0) & (jnp.abs(u[1]) < 0.5 * np.pi)
-        safe = jnp.where(above, u, jnp.zeros_like(u))  # no NaN in derivatives either
-        return jax.tree.map(lambda a: jnp.where(above, a, 0.0), function(safe))
+        below = (jnp.cos(u[1]) <= 0) | (jnp.abs(u[1]) >= 0.5 * np.pi)
+        safe = jnp.where(below, jnp.zeros_like(u), u)  # no NaN in derivatives either
+        return jax.tree.map(lambda a: jnp.where(below, 0.0, a), function(safe))
 
     def at(self, u: Ray) -> Scalar:
         """The light, or zero."""
