@@ -272,7 +272,7 @@ def diffuse(rho=1.0, reach=8.0, window: Grid | None = None, nodes: int = 64, axe
         The chain of events, whose light depends on position alone.
 
     Raises:
-        ValueError: if `rho` is negative or `reach` is not positive.
+        ValueError: if `rho` is negative, or `reach` or `nodes` is not positive.
 
     Reference: D05 eqs. 6-7.
 
