@@ -264,6 +264,12 @@ def test_a_world_of_other_things_is_one_sentence():
         Renderer(World(None, file.scene, lamps=(LAMP,)))
 
 
+@pytest.mark.parametrize("ask", ["pixels", "radiance"])
+def test_a_place_that_is_nan_is_no_pixel_of_the_sky(shapes, ask):
+    with pytest.raises(ValueError, match=r"^Argument `p` must be finite, but is nan\.$"):
+        getattr(shapes, ask)(np.array([[0.1, np.nan]]))
+
+
 def test_normals_are_given_for_each_model():
     with pytest.raises(ValueError, match=r"`normals` must have one entry for each of 1"):
         Renderer(meshed(1)._replace(normals=(None, None)))

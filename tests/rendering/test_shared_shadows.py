@@ -124,6 +124,11 @@ def test_a_shape_that_no_pixel_shows_is_refused():
         shared("behind the eye")
 
 
+def test_a_place_that_is_nan_has_no_light():
+    with pytest.raises(ValueError, match=r"^Argument `p` must be finite, but is nan\.$"):
+        shared().shade(np.array([[np.nan, 1.5]]))
+
+
 def test_an_image_of_one_column_has_pixels_of_a_size():
     hits = imaging.primary_hits(SCENE, CAMERA, (1, 4))
     one = share_shadow_rays(SCENE, CAMERA, LAMP, hits, "floor")
