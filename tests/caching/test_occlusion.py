@@ -15,17 +15,16 @@ LOW, HIGH = np.array([0.35, 0.3, 0.25]), np.array([0.6, 0.6, 0.35])
 RAYS = 64
 
 
-def scene():
+def scene(at):
     """A lamp over the unit square, and a box between them; the floor is shape 0."""
-    level = rectangle((0.5, 0.5, 0.0), (0.5, 0.0, 0.0), (0.0, 0.5, 0.0))
-    lamp = rectangle((0.5, 0.5, 1.0), (0.0, 0.4, 0.0), (0.4, 0.0, 0.0))
-    return Scene.of(
-        primitive(box(LOW, HIGH)), primitive(level, name="floor"), primitive(lamp, name="light")
-    )
+    level = rectangle(at + [0.5, 0.5, 0.0], (0.5, 0.0, 0.0), (0.0, 0.5, 0.0))
+    lamp = rectangle(at + [0.5, 0.5, 1.0], (0.0, 0.4, 0.0), (0.4, 0.0, 0.0))
+    solid = box(at + LOW, at + HIGH)
+    return Scene.of(primitive(solid), primitive(level, name="floor"), primitive(lamp, name="light"))
 
 
-def lit():
-    found = scene()
+def lit(at=(0.0, 0.0, 0.0)):
+    found = scene(np.array(at))
     L = np.zeros((8, 2, 2))  # six faces of the box, then floor and lamp
     L[7] = 1.0
     return RadianceMaps(found, jnp.asarray(L)), found.named("floor")[0]
@@ -70,6 +69,16 @@ BOUND = 1e-4  # single precision, differences of Lambert's terms of opposite sid
 
 def test_a_table_is_what_the_rays_of_each_place_give(expected):
     assert worst(expected) < BOUND
+
+
+def test_a_table_far_from_the_origin_is_the_same():
+    far = np.array([3e6, -4e6, 2e6])  # where a metre has two steps of single precision
+    maps, floor = lit()
+    near = occlusion_table(maps, PLACES, floor, rays=RAYS)
+    maps, floor = lit(far)
+    found = occlusion_table(maps, PLACES + far[:2], floor, height=far[2], rays=RAYS)
+    for a, b in zip(found[1:], near[1:], strict=True):
+        np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-4 * np.max(np.abs(b)))
 
 
 def alone(net):

@@ -92,20 +92,31 @@ def occlusion_table(
     check_index("on", on, maps.scene.count)
     check_shape("maps.L", maps.L, maps.L.shape[:3])
     check_finite("height", height)
-    x = jnp.asarray(checked_places(position), jnp.float32)
-    if not len(x):
+    places = checked_places(position)
+    if not len(places):
         raise ValueError("Argument `position` must hold at least one place, but is empty.")
-    single = jax.tree.map(lambda a: a.astype(jnp.float32) if eqx.is_inexact_array(a) else a, maps)
+    middle = np.array([*(0.5 * (places.min(0) + places.max(0))), height])
+    x, single = jnp.asarray(places - middle[:2], jnp.float32), _about(middle, maps)
     net = _single(hemisphere_triangulation(rays))
     parts = []
     for start in range(0, x.shape[0], BLOCK):
         some = x[start : start + BLOCK]
         padded = jnp.concatenate([some, jnp.broadcast_to(some[-1:], (BLOCK - len(some), 2))])
-        seen = _cast(single, net.directions, padded, jnp.asarray(on), jnp.float32(height))
+        seen = _cast(single, net.directions, padded, jnp.asarray(on))
         found = (*_derived(net, *seen), jnp.min(seen[1], axis=-1))
         parts.append([np.asarray(a, float)[: len(some)] for a in found])
     columns = (np.concatenate(p) for p in zip(*parts, strict=True))
-    return OcclusionTable(np.asarray(position, float), *columns)
+    return OcclusionTable(places, *columns)
+
+
+def _about(middle: np.ndarray, maps: RadianceMaps) -> RadianceMaps:
+    """Maps in single precision, of a scene moved so that a place lies at the origin.
+
+    Far from there a number in single precision says little about where a surface lies.
+    """
+    groups = [eqx.tree_at(lambda g: g.center, g, g.center - middle) for g in maps.scene.groups]
+    moved = eqx.tree_at(lambda m: m.scene.groups, maps, tuple(groups))
+    return jax.tree.map(lambda a: a.astype(jnp.float32) if eqx.is_inexact_array(a) else a, moved)
 
 
 def _single(net: HemisphereTriangulation) -> HemisphereTriangulation:
@@ -122,14 +133,13 @@ def _cast(
     directions: Float[Array, "r 3"],
     x: Float[Array, "m 2"],
     on: Int[Array, ""],
-    height: Float[Array, ""],
 ) -> tuple[Float[Array, "m r"], Float[Array, "m r"]]:
-    """Radiance and distance of every ray."""
+    """Radiance and distance of every ray, from places on the level z = 0."""
     along = (directions[:, 0], directions[:, 1], directions[:, 2])
 
     def one(place):
-        x, y, z = (jnp.broadcast_to(a, along[0].shape) for a in (place[0], place[1], height))
-        seen = trace_maps(maps, (x, y, z), along, on)
+        x, y = (jnp.broadcast_to(a, along[0].shape) for a in place)
+        seen = trace_maps(maps, (x, y, jnp.zeros_like(x)), along, on)
         return seen.radiance, seen.distance
 
     return in_batches(one, x, BATCH)
