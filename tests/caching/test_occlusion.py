@@ -17,8 +17,8 @@ RAYS = 64
 
 def scene(at):
     """A lamp over the unit square, and a box between them; the floor is shape 0."""
-    level = rectangle(at + [0.5, 0.5, 0.0], (0.5, 0.0, 0.0), (0.0, 0.5, 0.0))
-    lamp = rectangle(at + [0.5, 0.5, 1.0], (0.0, 0.4, 0.0), (0.4, 0.0, 0.0))
+    level = rectangle(np.add(at, (0.5, 0.5, 0.0)), (0.5, 0.0, 0.0), (0.0, 0.5, 0.0))
+    lamp = rectangle(np.add(at, (0.5, 0.5, 1.0)), (0.0, 0.4, 0.0), (0.4, 0.0, 0.0))
     solid = box(at + LOW, at + HIGH)
     return Scene.of(primitive(solid), primitive(level, name="floor"), primitive(lamp, name="light"))
 
