@@ -8,6 +8,7 @@ import pytest
 from firstorder._argument_checks import (
     check_below,
     check_between,
+    check_count,
     check_finite,
     check_index,
     check_inside,
@@ -15,6 +16,7 @@ from firstorder._argument_checks import (
     check_invertible,
     check_key,
     check_not_negative,
+    check_one,
     check_positive,
     check_shape,
     is_concrete,
@@ -98,6 +100,27 @@ def test_traced_arguments_pass_and_can_be_made_nan():
 
     assert np.isnan(f(-1.0))
     assert f(2.0) == 2.0
+
+
+def test_a_count_of_more_than_can_be_numbered_is_refused_and_not_printed():
+    check_count("rays", 2**40)
+    for many in (2**63, 10**5000):
+        with pytest.raises(
+            ValueError, match=r"^Argument `rays` must be at most \d+, but is more\.$"
+        ):
+            check_count("rays", many)
+
+
+@pytest.mark.parametrize("wrong", [None, "one", b"one"])
+def test_one_number_is_no_word_and_not_nothing(wrong):
+    with pytest.raises(TypeError, match=r"^Argument `d` must be a number, but is "):
+        check_one("d", wrong)
+
+
+@pytest.mark.parametrize("check", [check_positive, check_not_negative, check_finite])
+def test_a_word_is_no_number(check):
+    with pytest.raises(TypeError, match=r"^Argument `d` must be a number, but is 'one'\.$"):
+        check("d", "one")
 
 
 def test_placeholders_are_left_alone():

@@ -10,6 +10,7 @@ from __future__ import annotations
 import difflib
 import math
 import operator
+import sys
 import warnings
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -160,13 +161,15 @@ def check_one_or_bands(name: str, x: Any) -> None:
 
 
 def check_count(name: str, x: Any) -> None:
-    """Refuse what is no positive integer."""
+    """Refuse what is no positive integer, and one by which nothing can be numbered."""
     try:
-        good = operator.index(x) > 0
+        number = operator.index(x)
     except TypeError:
-        good = False
-    if not good:
+        number = 0
+    if number <= 0:
         raise ValueError(f"Argument `{name}` must be a positive integer, but is {x!r}.")
+    if number > sys.maxsize:
+        raise ValueError(f"Argument `{name}` must be at most {sys.maxsize}, but is more.")
 
 
 def check_integer(name: str, x: Any) -> None:
