@@ -280,6 +280,8 @@ UNKNOWN = {
     "lobe, eye": lambda a: LobeBrdf(glossy(0.2))(0.2, a),
     "table, light": lambda a: TabulatedBrdf(np.full((5, 6), 0.5))(a, 0.2),
     "table, eye": lambda a: TabulatedBrdf(np.full((5, 6), 0.5))(0.2, a),
+    "Phong's lobe": lambda a: phong(5.0).kernel.derivatives(jnp.asarray(a))[0],
+    "Lambert's lobe": lambda a: lambert(0.5).kernel.derivatives(jnp.asarray(a))[0],
     "flatland's diffuse": lambda a: diffuse_brdf(0.5)(a, 0.2),
     "flatland's Phong, light": lambda a: phong_brdf(0.5, 3.0)(a, 0.2),
     "flatland's Phong, eye": lambda a: phong_brdf(0.5, 3.0)(0.2, a),

@@ -139,9 +139,9 @@ class ExpressionLobe(Profile):
 
     def derivatives(self, t: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """The expression and its derivatives; zeros beyond the end."""
-        inside = jnp.abs(t) < self.end
-        (p,), d, dd = self.expressions.derivatives(jnp.where(inside, t, 0.0)[None])
-        parts = (jnp.where(inside, a, 0.0) for a in (p, d[0, 0], dd[0, 0, 0]))
+        beyond = jnp.abs(t) >= self.end
+        (p,), d, dd = self.expressions.derivatives(jnp.where(beyond, 0.0, t)[None])
+        parts = (jnp.where(beyond, 0.0, a) for a in (p, d[0, 0], dd[0, 0, 0]))
         if not is_concrete(self.end):
             parts = (nan_unless(self.end > 0.0, a) for a in parts)
         p, d, dd = parts

@@ -99,6 +99,19 @@ def test_an_invalid_choice_is_no_choice():
     assert expression(twice) == sympy.Piecewise((sympy.log(a), a > 0), (0, True))
 
 
+def test_a_formula_stands_before_what_is_beyond_its_ends():
+    def one_end(a):
+        return jnp.where(jnp.abs(a) >= 2.0, 0.0, jnp.cos(a))
+
+    def two_ends(a):
+        return jnp.where((a > 3.0) | (jnp.abs(a) >= 2.0), 1.0, jnp.cos(a))
+
+    inside = sympy.Abs(a) < 2
+    assert expression(one_end) == sympy.Piecewise((sympy.cos(a), inside), (0, True))
+    both = sympy.And(a <= 3, inside)
+    assert expression(two_ends) == sympy.Piecewise((sympy.cos(a), both), (1, True))
+
+
 def test_trees_keep_what_is_no_number():
     found = read(lambda u: {"a": u[0] * 2.0, "b": jnp.ones(2), "name": "left"}, array(a))
     assert expression(found["a"]) == 2 * a

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import operator
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import sympy
@@ -203,10 +204,22 @@ def settled(a: Entries) -> Entries:
 def _settled(e: Expr) -> Expr:
     """A choice inside a condition stays as it is: SymPy would think about it for minutes."""
     if isinstance(e, Choice):
-        yes, no, condition = e.args
+        yes, no, condition = _inside_first(*e.args)
         pairs = (_settled(yes), condition), (_settled(no), True)
         return sympy.Piecewise(*pairs, evaluate=False)
     return e.func(*map(_settled, e.args)) if e.has(Choice) else e
+
+
+def _inside_first(yes: Expr, no: Expr, condition) -> tuple[Expr, Expr, Any]:
+    """`0` beyond some ends and else an expression, as one writes it: first where it holds.
+
+    Programs ask for what lies beyond, so that NaN is not taken for it.
+    """
+    ends = sympy.Or.make_args(condition)
+    beyond = all(isinstance(end, (sympy.Ge, sympy.Gt)) for end in ends)
+    if beyond and yes.is_number and not no.is_number:
+        return no, yes, sympy.And(*(end.negated for end in ends))
+    return yes, no, condition
 
 
 def _where(condition, case: Expr, holds: bool) -> Expr:

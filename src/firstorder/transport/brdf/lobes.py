@@ -140,14 +140,14 @@ class CosinePowerProfile(Profile):
         s = nan_unless(self.s >= 1, self.s)
         # The ends belong to the lobe, rounding included: one-sided derivatives are wanted there.
         rounding = 64.0 * float(jnp.finfo(jnp.result_type(t)).eps)
-        inside = jnp.abs(t) <= 0.5 * np.pi + rounding
-        safe = jnp.where(inside, t, 0.0)
+        beyond = jnp.abs(t) > 0.5 * np.pi + rounding
+        safe = jnp.where(beyond, 0.0, t)
         tiny = jnp.finfo(jnp.result_type(t)).tiny
         cos, sin = jnp.maximum(jnp.cos(safe), tiny), jnp.sin(safe)
         # A rounded cosine near 1, to a high power, would be far off: its logarithm is not.
         steep = sin**2 > 0.5
         log = jnp.where(steep, jnp.log(cos), 0.5 * jnp.log1p(-jnp.where(steep, 0.0, sin**2)))
-        scale = jnp.where(inside, self.weight * _half_step(s) / float(np.sqrt(np.pi)), 0.0)
+        scale = jnp.where(beyond, 0.0, self.weight * _half_step(s) / float(np.sqrt(np.pi)))
         p = jnp.exp(s * log)
         d = -s * jnp.exp((s - 1.0) * log) * sin
         dd = s * ((s - 1.0) * jnp.exp((s - 2.0) * log) * sin**2 - p)
