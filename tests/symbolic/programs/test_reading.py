@@ -100,16 +100,16 @@ def test_an_invalid_choice_is_no_choice():
 
 
 def test_a_formula_stands_before_what_is_beyond_its_ends():
-    def one_end(a):
-        return jnp.where(jnp.abs(a) >= 2.0, 0.0, jnp.cos(a))
+    def one_end(u):
+        return jnp.where(jnp.abs(u[0]) >= 2.0, 0.0, jnp.cos(u[0]))
 
-    def two_ends(a):
-        return jnp.where((a > 3.0) | (jnp.abs(a) >= 2.0), 1.0, jnp.cos(a))
+    def two_ends(u):
+        return jnp.where((u[0] > 3.0) | (jnp.abs(u[0]) >= 2.0), 1.0, jnp.cos(u[0]))
 
+    one, two = (expression(read(program, array(a))) for program in (one_end, two_ends))
     inside = sympy.Abs(a) < 2
-    assert expression(one_end) == sympy.Piecewise((sympy.cos(a), inside), (0, True))
-    both = sympy.And(a <= 3, inside)
-    assert expression(two_ends) == sympy.Piecewise((sympy.cos(a), both), (1, True))
+    assert one == sympy.Piecewise((sympy.cos(a), inside), (0, True))
+    assert two == sympy.Piecewise((sympy.cos(a), sympy.And(a <= 3, inside)), (1, True))
 
 
 def test_trees_keep_what_is_no_number():
