@@ -56,7 +56,7 @@ class ClampedCosine(Angular):
 
     def derivatives(self, t: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """`cos, -sin, -cos` above the horizon, zeros below."""
-        below = jnp.abs(t) >= 0.5 * np.pi  # and not `above`: an angle that is NaN is lost no more
+        below = jnp.abs(t) >= 0.5 * np.pi  # asked so that NaN is not taken for it
         c, s = jnp.where(below, 0.0, jnp.cos(t)), jnp.where(below, 0.0, jnp.sin(t))
         return c, -s, -c
 
