@@ -307,9 +307,12 @@ def not_negative(x: Any) -> Any:
     return traced_nan_unless(lambda a: a >= 0.0, x)
 
 
-def check_unit(name: str, w: Float[Array, " 3"]) -> None:
-    """Refuse a direction that is not a unit vector."""
+def check_unit(name: str, w: Float[Array, "*n 3"]) -> None:
+    """Refuse directions that are not unit vectors."""
     if is_concrete(w):
-        length = float(np.linalg.norm(np.asarray(w)))
-        if not abs(length - 1.0) < 1e-4:
-            raise ValueError(f"Argument `{name}` must be a unit vector, but has length {length:g}.")
+        lengths = np.ravel(np.linalg.norm(np.asarray(w), axis=-1))
+        wrong = lengths[~(np.abs(lengths - 1.0) < 1e-4)]
+        if wrong.size:
+            raise ValueError(
+                f"Argument `{name}` must be a unit vector, but has length {wrong[0]:g}."
+            )

@@ -209,3 +209,15 @@ def test_a_diffuse_brdf_with_the_norm_of_space_is_noticed(monkeypatch):
     error = derived.by_irradiance()
     derived._reflections.cache_clear()
     assert error > 0.1
+
+
+def test_a_sharp_lobe_keeps_its_digits_in_single_precision():
+    for exponent in (1e3, 1e5):
+        single, double = (
+            phong_brdf(np.asarray(1.0, dtype), np.asarray(exponent, dtype))(
+                np.asarray(0.0, dtype), np.asarray(0.0, dtype)
+            )
+            for dtype in ("float32", "float64")
+        )
+        assert single.dtype == "float32"
+        assert abs(single / double - 1.0) < 1e-5

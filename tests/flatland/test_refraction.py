@@ -290,3 +290,11 @@ def test_a_traced_negative_power_is_none(light):
     power = jax.jit(lambda p: light(p).power)
     assert np.isnan(power(-1.0))
     assert power(2.0) == 2.0
+
+
+def test_a_path_through_a_shape_that_is_not_there_is_refused():
+    floor = primitive(Segments((-1.0, 0.0), (1.0, 0.0)))
+    ball = primitive(Circles((0.0, 0.9), 0.5), ior=1.5)
+    ray = np.array([0.1, 3.0]), np.array([0.0, -1.0])
+    with pytest.raises(ValueError, match=r"^Argument `path` must be the number of a shape, 0 to 1"):
+        trace_path(Scene.of(ball, floor), through_body(7), *ray, 0)

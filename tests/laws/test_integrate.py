@@ -13,7 +13,7 @@ from scipy.special import erf
 
 from firstorder.checks.cases import CENTER, CORRELATION, SIGMA, bell, light
 from firstorder.checks.tolerance import normwise
-from firstorder.conventions import FLATLAND, Frame
+from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, Frame
 from firstorder.errors import Refused
 from firstorder.fields import (
     Affine,
@@ -27,6 +27,7 @@ from firstorder.fields import (
     autodiff_jet,
     half_plane,
 )
+from firstorder.flatland import Receiver, Scene, Segments, light_field, primitive
 from firstorder.laws import Integrate, Map, Move, Multiply, Warp
 from firstorder.numerics._batching import batched
 from firstorder.transport import Mirror, Texture, Travel
@@ -384,3 +385,18 @@ def test_an_end_that_jumps_is_an_edge_of_the_integral():
     fall = quad(lambda t: bell(0.2, t), -0.9, -0.4)[0]
     assert [e.level(0.2).item() for e in h.edges()] == [0.0, 0.0]
     np.testing.assert_allclose(sum(e.jump(0.2) for e in h.edges()), rise - fall, rtol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("dtype", "v", "wide"),
+    [("float64", 10.0, 1.0), ("float64", 100.0, 0.1), ("float32", 10.0, 1.0)],
+)
+def test_a_lamp_at_a_steep_slope_moves_its_edges(dtype, v, wide):
+    """Over slopes the sides of an edge lie `1 + v^2` times as far apart as over angles."""
+    lamp = Segments(*np.asarray([(-v, 1.0), (-v - wide, 1.0)], dtype))
+    eye = Receiver(np.zeros(2, dtype), np.zeros((), dtype))
+    L = light_field(Scene.of(primitive(lamp, emission=1.0)), eye, frame=FLATLAND_SLOPE)
+    low, high = (jnp.asarray(a, dtype) for a in (v - 1.0, v + wide + 1.0))
+    moment = Integrate("v", low, high)(Multiply(lambda x, v: v)(L))
+    jet = jax.jit(moment.jet)(jnp.zeros(1, dtype))
+    assert abs(jet.gradient[0] - wide) < (1e-6 if dtype == "float64" else 1e-3)

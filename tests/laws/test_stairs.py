@@ -1,5 +1,7 @@
 """Edges behind one another: parallel ones are one stair, and their spectrum is exact."""
 
+import functools
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -177,3 +179,15 @@ def test_steps_are_found_through_moves_and_nowhere_else():
     assert heights.tolist() == [0.1, 1.0]
     assert steps_of(light(FRAME)) is None
     assert steps_of(Multiply(mask)(light(FRAME))) is None
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_which_edges_are_parallel_does_not_depend_on_the_unit(unit):
+    """Behind `x + v > 0` and `x + 3 v > 0` lies the share of a quadrant aslant."""
+    f = functools.partial(np.asarray, dtype="float32")
+    F = gaussian(f([0.0, 0.0]), f([unit, 1.0]), frame=FRAME).spectrum()
+    for slope in (1.0, 3.0):
+        edge = HalfPlane(Affine(f([1.0, slope * unit]), f(0.0), FRAME), f(0.0), f(1.0))
+        F = Multiply(edge, waves=128)(F)
+    share = complex(F(f(0.0), f(0.0))) / (2.0 * np.pi * unit)
+    assert abs(share - 0.25 - np.arcsin(4.0 / np.sqrt(20.0)) / (2.0 * np.pi)) < 5e-3

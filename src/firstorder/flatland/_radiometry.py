@@ -27,6 +27,7 @@ from firstorder.numerics._compiled import compiled
 from firstorder.numerics._planar import cross_2d
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._refinement import with_errors
+from firstorder.sampling._distributions import lobe_area
 from firstorder.scene._bands import by_band
 from firstorder.scene._geometry_term import geometry_term
 from firstorder.typing import as_float
@@ -226,9 +227,7 @@ def _cosine_power(exponent: ArrayLike) -> Values:
         >>> round(float(_cosine_power(1.0)), 12)
         2.0
     """
-    p = as_float(exponent)
-    ratio = jax.lax.lgamma(0.5 * (p + 1.0)) - jax.lax.lgamma(0.5 * p + 1.0)
-    return jnp.sqrt(jnp.asarray(jnp.pi, p.dtype)) * jnp.exp(ratio)
+    return lobe_area(as_float(exponent))
 
 
 def _above(w: ArrayLike, o: ArrayLike) -> Array:

@@ -21,7 +21,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from firstorder._argument_checks import check_finite, check_not_negative, nan_unless, not_negative
+from firstorder._argument_checks import (
+    check_finite,
+    check_index,
+    check_not_negative,
+    nan_unless,
+    not_negative,
+)
 from firstorder._display import Module
 from firstorder.conventions import direction
 from firstorder.flatland.intersect import first_shape
@@ -190,9 +196,10 @@ def trace_path(
         >>> round(end.share.item(), 4)  # 0.96 at each surface
         0.9216
     """
-    for _, kind in path:
+    for number, kind in path:
         if kind not in (THROUGH, BACK):
             raise ValueError(f"Argument `path` must say 'through' or 'back', but says {kind!r}.")
+        check_index("path", number, scene.count)
     origin, along = numbers("origin", origin), numbers("along", along)
     # A loop carries one precision from step to step: that which scene and ray make together.
     known = jax.tree.leaves(eqx.filter(scene, eqx.is_inexact_array))

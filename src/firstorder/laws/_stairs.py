@@ -130,11 +130,10 @@ def _pair(a: Stair, b: Stair) -> tuple[Stair, Stair | None]:
 def _parallel(a, b):
     """Whether two normals are parallel to rounding, and the ratio b / a (1 where they are not)."""
     xp = np if isinstance(a, np.ndarray) else jnp
-    square = xp.sum(a * a)
-    ratio = xp.sum(a * b) / xp.where(square > 0, square, 1.0)
-    off = xp.sum((b - ratio * a) ** 2)
-    rounding = (64.0 * float(jnp.finfo(a.dtype).eps)) ** 2
-    parallel = (off <= rounding * xp.sum(b * b)) & (ratio != 0)
+    k = xp.argmax(xp.abs(a * b))  # entry by entry: they have units of their own
+    ratio = b[k] / xp.where(a[k] == 0.0, 1.0, a[k])
+    rounding = 64.0 * float(jnp.finfo(a.dtype).eps) * (xp.abs(b) + xp.abs(ratio * a))
+    parallel = xp.all(xp.abs(b - ratio * a) <= rounding) & (ratio != 0.0)
     return parallel, xp.where(parallel, ratio, 1.0)
 
 

@@ -283,3 +283,38 @@ def test_a_scene_in_single_precision_has_the_events_of_its_numbers(x64):
         np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name))
     for name in ("s", "jump_E", "jump_E1", "jump_E2"):
         np.testing.assert_allclose(getattr(found, name), getattr(wanted, name), rtol=1e-6)
+
+
+def turned_room(at, unit=1.0, slit=0.0):
+    """A floor under a lamp and a plate, or two with a slit between them; all of it turned."""
+    turn = np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]])
+
+    def piece(a, b):
+        return Segments(*(unit * (turn @ np.array(p)) + at for p in (a, b)))
+
+    plates = (
+        [piece((-0.5, 0.5), (0.0, 0.5)), piece((slit, 0.5), (0.5, 0.5))]
+        if slit
+        else [piece((-0.2, 0.5), (0.15, 0.5))]
+    )
+    return Scene.of(
+        primitive(piece((-1.0, 0.0), (1.0, 0.0)), albedo=0.5),
+        primitive(piece((0.3, 1.0), (-0.3, 1.0)), emission=1.0),
+        *map(primitive, plates),
+    )
+
+
+@pytest.mark.parametrize(("far", "unit"), [(1e5, 0.03), (1e6, 1.0)])
+def test_events_far_from_the_origin_are_there(far, unit):
+    near = jumps_on(turned_room(np.zeros(2)), 0)
+    found = jumps_on(turned_room(far * np.array([0.731, 0.414]), unit), 0)
+    assert len(near.s) == 4
+    np.testing.assert_allclose(found.s, near.s, rtol=0.0, atol=1e-7)
+    np.testing.assert_allclose(unit * found.jump_E1, near.jump_E1, rtol=0.0, atol=1e-4)
+
+
+def test_a_narrow_slit_far_from_the_origin_has_two_edges():
+    near = jumps_on(turned_room(np.zeros(2), slit=5e-5), 0)
+    found = jumps_on(turned_room(1e5 * np.array([0.731, 0.414]), slit=5e-5), 0)
+    assert len(near.s) == 6
+    np.testing.assert_allclose(found.s, near.s, rtol=0.0, atol=1e-8)

@@ -14,6 +14,7 @@ from firstorder.flatland import (
     Receiver,
     Scene,
     Segments,
+    box,
     light_field,
     primitive,
 )
@@ -149,3 +150,51 @@ def test_the_series_of_a_box_has_the_mean_of_light_times_each_wave():
     steps = np.sort(np.asarray(found.frequencies), axis=0)
     np.testing.assert_allclose(np.unique(steps[:, 0]), np.arange(-2, 3) / 6.0, rtol=0.0, atol=1e-15)
     np.testing.assert_allclose(np.unique(steps[:, 1]), [-1.0, -0.5, 0.0, 0.5], rtol=0.0, atol=1e-15)
+
+
+def by_samples(L, Omega, n=200):
+    """Transform of a light field in the box [-1, 1]^2, by the middles of cells."""
+    t = (np.arange(n) + 0.5) / n * 2.0 - 1.0
+    u = np.stack(np.meshgrid(t, t, indexing="ij"), -1).reshape(-1, 2)
+    values = np.asarray(jax.jit(jax.vmap(L.at))(jnp.asarray(u)))
+    return np.sum(values * np.exp(-2j * np.pi * (u @ Omega))) * (2.0 / n) ** 2
+
+
+CORNERED = {
+    "box": primitive(box((-0.4, 1.0), (0.4, 1.5)), emission=1.0),
+    "two lamps": primitive(
+        Segments([(0.4, 1.0), (0.0, 1.0)], [(0.0, 1.0), (-0.4, 1.0)]),
+        emission=[[1.0, 0.0], [3.0, 0.0]],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CORNERED)
+def test_the_common_end_of_two_segments_is_one_edge(name):
+    L = light_field(Scene.of(CORNERED[name]), Receiver((0.0, 0.0), 0.0), frame=FLATLAND_SLOPE)
+    F = L.spectrum_in(Grid((64, 64), (2 / 64, 2 / 64), (0.0, 0.0)))
+    for Omega in ((0.0, 0.0), (0.5, 0.3)):
+        assert abs(complex(F(*Omega)) - by_samples(L, np.array(Omega))) < 0.01
+
+
+def shadowed(at, dtype="float64"):
+    """A lamp behind a blocker, both turned, seen from a place."""
+    turn = np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]])
+
+    def piece(a, b):
+        return Segments(*((turn @ np.array(p) + at).astype(dtype) for p in (a, b)))
+
+    lamp = primitive(piece((0.3, 1.0), (-0.3, 1.0)), emission=1.0)
+    plate = primitive(piece((-0.2, 0.5), (0.15, 0.5)))
+    eye = Receiver(np.asarray(at, dtype), np.asarray(0.3, dtype))
+    return light_field(Scene.of(lamp, plate), eye, frame=FLATLAND_SLOPE)
+
+
+@pytest.mark.parametrize(("dtype", "far"), [("float64", 1e6), ("float32", 300.0)])
+def test_the_spectrum_far_from_the_origin_is_the_same(dtype, far):
+    window = Grid((64, 64), (2 / 64, 2 / 64), (0.0, 0.0))
+    near, there = (
+        complex(shadowed(at, kind).spectrum_in(window)(0.5, 0.3))
+        for at, kind in ((np.zeros(2), "float64"), (far * np.array([0.73, 0.41]), dtype))
+    )
+    assert abs(there - near) < 1e-4 * abs(near)

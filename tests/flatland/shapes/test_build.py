@@ -69,3 +69,16 @@ def test_bad_points_are_refused_in_one_sentence(make, words):
 def test_a_function_is_not_points():
     with pytest.raises(TypeError, match=r"^A number or an array is asked for, but <function"):
         closed_curve(lambda s: (np.cos(s), np.sin(s)))
+
+
+@pytest.mark.parametrize(("dtype", "radius"), [("float32", 1.0), ("float64", 1e-4)])
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_curve_far_from_the_origin_is_not_turned_inside_out(dtype, radius, way):
+    a = 2.0 * np.pi * np.arange(64) / 64
+    bean = np.stack([np.cos(a), np.sin(a) + 0.3 * np.cos(2.0 * a)], -1)[::way]
+    made = closed_curve((radius * bean + np.array([1e5, 7e4])).astype(dtype), 4)
+    cosines, sines = (np.asarray(c[0], float) for c in (made.cosines, made.sines))
+    area = np.pi * np.sum(
+        np.arange(5) * (cosines[:, 0] * sines[:, 1] - cosines[:, 1] * sines[:, 0])
+    )
+    assert area < -2.0 * radius**2  # clockwise

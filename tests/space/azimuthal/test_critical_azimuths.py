@@ -7,6 +7,7 @@ import pytest
 
 from firstorder.space import Scene, plane, primitive, receiver, sphere, triangle
 from firstorder.space.azimuthal._critical_azimuths import (
+    ROUNDINGS,
     events,
     folded,
     nodes_between,
@@ -15,6 +16,7 @@ from firstorder.space.azimuthal._critical_azimuths import (
 )
 from firstorder.space.silhouettes._curves import SilhouetteArcs
 
+BLUR = ROUNDINGS * float(jnp.finfo(float).eps)
 BALL, RADIUS = np.array([1.0, 0.4, 1.5]), 0.6
 FLAT = np.hypot(1.0, 0.4)
 
@@ -94,8 +96,8 @@ def test_a_ball_above_the_horizon_has_two_events_and_its_nodes_cover_half_a_turn
     def found():
         seen = parts(Scene.of(primitive(sphere(BALL, RADIUS))), receiver((0.0, 0.0, 0.0)))
         phi, there = events(seen, jnp.zeros(()).dtype)
-        few = nodes_between(seen, 8, 1, phi.dtype)
-        return there, nodes_between(seen, 8, 16, phi.dtype), few
+        few = nodes_between(seen, 8, 1, phi.dtype, BLUR)
+        return there, nodes_between(seen, 8, 16, phi.dtype, BLUR), few
 
     there, nodes, few = jax.jit(found)()
     assert np.sum(there) == 2
@@ -140,7 +142,7 @@ def test_two_triangles_have_events_at_their_corners_and_crossings_and_no_others(
 @jax.jit
 def weights_by_panel(corners):
     seen = parts(Scene.of(primitive(triangle(*corners))), receiver((0.0, 0.0, 0.0)))
-    nodes = nodes_between(seen, 8, 4, corners.dtype)
+    nodes = nodes_between(seen, 8, 4, corners.dtype, BLUR)
     return nodes.weight.reshape(-1, 8), nodes.edge_weight.reshape(-1, 8)
 
 

@@ -540,3 +540,32 @@ def test_on_an_inner_wall_the_wall_hides_nothing_as_for_net_visibility():
     true = 2.0 * np.pi * np.sqrt(1.0 - size**2)
     for found in (visibility_by_azimuth(scene, at).value, net_visibility(scene, at)):
         np.testing.assert_allclose(found, true, rtol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_upright_edge_far_from_the_origin_turns_as_near_it(seed):
+    """The corners carry the rounding of the receiver's place: the edge is in its slice by more."""
+    R = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    center, u, v = (R @ np.array(a) for a in ((1.0, 0.3, 0.8), (0.3, 0.5, 0.0), (0.0, 0.0, 0.4)))
+
+    @jax.jit
+    def found(at):
+        scene = Scene.of(primitive(rectangle(center + at, u, v)))
+        return irradiance_by_azimuth(scene, Receiver.at(at, jnp.asarray(R[:, 2])))
+
+    near, far = found(jnp.zeros(3)), found(1e5 * jnp.array([1.0, -0.7, 0.4]))
+    assert np.max(np.abs(near.gradient.boundary)) > 0.1
+    np.testing.assert_allclose(far.value, near.value, rtol=0.0, atol=1e-10)
+    np.testing.assert_allclose(far.gradient.boundary, near.gradient.boundary, rtol=0.0, atol=1e-9)
+
+
+def test_the_end_of_a_plane_has_a_derivative_in_single_precision():
+    def value(tilt):
+        normal = jnp.stack([jnp.sin(tilt), 0.0 * tilt, jnp.cos(tilt)])
+        below = jnp.array([0.0, 0.0, -1.0], tilt.dtype)
+        scene = Scene.of(primitive(plane(below, normal)), environment=jnp.ones((), tilt.dtype))
+        up = jnp.array([0.0, 0.0, 1.0], tilt.dtype)
+        return irradiance_by_azimuth(scene, Receiver.at(jnp.zeros(3, tilt.dtype), up)).value
+
+    slope = jax.jit(jax.grad(value))(jnp.float32(0.5))
+    assert abs(slope + 0.5 * np.pi * np.sin(0.5)) < 1e-5

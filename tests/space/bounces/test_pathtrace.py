@@ -495,3 +495,9 @@ def test_the_lamp_of_the_library_is_sampled():
     """A closed scene of one lamp: which shapes are sampled follows from what shines."""
     scene = Scene.of(_floor(0.5), _lamp((0.5, 0.5, 1.0), 0.2, 1.0))
     assert pathtrace._lights(scene) == scene.named("light")
+
+
+@pytest.mark.parametrize("along", [(1.2, 0.0, -1.6), (np.nan, 0.0, 1.0)])
+def test_a_direction_of_another_length_is_refused(along):
+    with pytest.raises(ValueError, match=r"^Argument `along` must be a unit vector"):
+        path_radiance(j12_box(), np.full(3, 0.5), np.array(along), key=jax.random.key(0), paths=2)

@@ -268,3 +268,17 @@ def test_photons_through_a_wall_would_be_noticed(monkeypatch):
     here = in_bowl(4)
     outside = Receiver.at(here.position, -here.normal, on=0)
     assert np.all(photon_irradiance(mixed, DensityEstimator(k=12), outside) > 0.0)
+
+
+def test_of_a_receivers_normal_only_the_sign_counts_at_the_edge_of_its_surface():
+    floor = Scene.of(primitive(rectangle((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))))
+    shares = [
+        photonmap._share(
+            floor,
+            Receiver.at(jnp.array([(0.95, 0.0, 0.0)]), jnp.array([normal]), on=jnp.array([0])),
+            jnp.array([0.2]),
+        )[0]
+        for normal in ((0.0, 0.0, 1.0), (np.sin(1.0), 0.0, np.cos(1.0)))
+    ]
+    assert 0.6 < shares[0] < 0.7
+    assert shares[1] == shares[0]

@@ -277,3 +277,31 @@ def test_radiosity_is_linear_in_light_and_knows_no_unit_of_length():
     darker = solved(share=0.4)
     np.testing.assert_allclose(darker[0], 0.4 * first, rtol=1e-12)
     np.testing.assert_allclose(darker[1] - darker[0], 0.16 * (both - first), rtol=1e-9, atol=1e-15)
+
+
+SQUARE = np.array([(-1.0, -1.0, 0.0), (-1.0, 1.0, 0.0), (1.0, 1.0, 0.0), (1.0, -1.0, 0.0)])
+
+
+def test_a_small_lamp_keeps_its_digits_in_single_precision():
+    for far in (1e3, 1e4):
+        corners = (SQUARE + np.array([0.3 * far, 0.0, far])).astype("float32")
+        found = rectangle_irradiance(
+            np.zeros(3, "float32"), np.array([0.0, 0.0, 1.0], "float32"), corners
+        )
+        square = 1.09 * far**2
+        assert abs(found / (4.0 * far**2 / square**2) - 1.0) < 1e-3
+
+
+@pytest.mark.parametrize("which", range(3))
+def test_a_number_that_is_none_gives_no_irradiance(which):
+    given = [np.zeros(3), np.array([0.0, 0.0, 1.0]), SQUARE + np.array([0.0, 0.0, 2.0])]
+    ask = jax.jit(lambda s: rectangle_irradiance(*(
+        jnp.asarray(a) + (s if i == which else 0.0) for i, a in enumerate(given)
+    )))  # fmt: skip
+    assert ask(0.0) > 0.0
+    assert np.isnan(ask(jnp.nan))
+
+
+def test_a_normal_of_another_length_is_refused():
+    with pytest.raises(ValueError, match=r"^Argument `normal` must be a unit vector"):
+        rectangle_irradiance(np.zeros(3), np.array([0.0, 0.0, 2.0]), SQUARE)

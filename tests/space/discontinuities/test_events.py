@@ -17,10 +17,12 @@ from firstorder.space import (
     Receiver,
     Scene,
     box,
+    disc,
     plane,
     polygon,
     primitive,
     rectangle,
+    sphere,
 )
 from firstorder.space.discontinuities import (
     _edges,
@@ -311,3 +313,99 @@ def test_a_sky_that_varies_a_length_of_zero_and_a_traced_scene_are_refused():
 
     with pytest.raises(ValueError, match="traced"):
         jax.jit(traced)(2.0)
+
+
+def rows_of(scene, at, reach=4.0, along=(1.0, 0.0, 0.0)):
+    """All events on a line, hidden ones too."""
+    return visual_events_along(scene, at, along=np.asarray(along), reach=reach, hidden=True)
+
+
+def test_an_edge_along_the_line_is_an_edge_in_either_order():
+    lamp = primitive(rectangle((0.0, 0.0, 3.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)), emission=1.0)
+    plate = primitive(rectangle((0.0, 0.3, 2.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0)))
+    ball = primitive(sphere((0.1, 0.2, 1.0), 0.2))
+    at = Receiver.at((-3.0, -0.1, 0.0))
+    one, two = (
+        rows_of(Scene.of(*parts), at, 6.0) for parts in ((lamp, plate, ball), (plate, lamp, ball))
+    )
+    for found in (one, two):
+        assert np.sum((found.kind == "three edges") & found.visible) == 2
+    for name in ("x", "jump_E1", "jump_E2"):
+        np.testing.assert_allclose(
+            *(np.sort(getattr(found, name)) for found in (one, two)), rtol=0.0, atol=1e-8
+        )
+
+
+def lamp_and_plate(dtype, unit=1.0, high=0.0, *more):
+    """A lamp over a plate that is turned by 45 degrees."""
+    lamp, plate = (
+        rectangle(*(np.asarray(unit * np.array(a), dtype) for a in rows))
+        for rows in (
+            ((0.0, 0.0, 2.0 + high), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0)),
+            ((0.0, 0.05, 1.0 + high), (0.14, 0.14, 0.0), (0.14, -0.14, 0.0)),
+        )
+    )
+    return Scene.of(primitive(lamp, emission=1.0), primitive(plate), *more)
+
+
+def receiver_of(dtype, start):
+    return Receiver.at(np.asarray((start, 0.0, 0.0), dtype))
+
+
+@pytest.mark.parametrize(("dtype", "far"), [("float64", 1e7), ("float32", 1e3)])
+def test_a_panel_far_away_changes_no_event(dtype, far):
+    panel = rectangle(*np.asarray([(0.0, far, far), (1.0, 0.0, 0.0), (0.0, 1.0, 1.0)], dtype))
+    right = rows_of(lamp_and_plate("float64"), receiver_of("float64", -2.0))
+    found = rows_of(
+        lamp_and_plate(dtype, 1.0, 0.0, primitive(panel)), receiver_of(dtype, -2.0),
+        along=np.asarray((1.0, 0.0, 0.0), dtype),
+    )  # fmt: skip
+    assert np.sum(right.visible) == 10
+    assert np.sum(found.visible) == 10
+    tolerance = 1e-6 if dtype == "float64" else 2e-2
+    np.testing.assert_allclose(
+        found.jump_E2[found.visible], right.jump_E2[right.visible], rtol=tolerance, atol=tolerance
+    )
+
+
+@pytest.mark.parametrize("unit", [1e3, 1e6])
+def test_events_seen_do_not_depend_on_the_unit(unit):
+    lamp, plate = (
+        rectangle(*np.asarray(unit * np.array(rows), "float32"))
+        for rows in (
+            ((0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0)),
+            ((0.0, 0.0, 1.0), (0.2, 0.0, 0.0), (0.0, 0.2, 0.0)),
+        )
+    )
+    scene = Scene.of(primitive(lamp, emission=1.0), primitive(plate, emission=np.float32(0.1)))
+    found = rows_of(
+        scene, receiver_of("float32", -2.0 * unit), 4.0 * unit,
+        along=np.asarray((1.0, 0.0, 0.0), "float32"),
+    )  # fmt: skip
+    assert np.sum(found.visible) == 4
+    np.testing.assert_allclose(
+        np.sort(unit * found.jump_E1[found.visible]),
+        [-0.08851, -0.08851, 0.16435, 0.16435],
+        rtol=1e-3,
+    )
+
+
+def test_a_crossing_at_angle_zero_of_an_outline_stands_once():
+    plate = disc((0.0, 0.0, 1.0), (0.0, 0.0, 1.0), 0.5)
+    corner = np.asarray(plate.center[0] + plate.axes[0][:, 0])
+    for k in range(8):
+        eye = np.array([-0.7 + 0.13 * k, 0.0, 0.0])
+        far = np.linalg.norm(corner - eye)
+        u = (corner - eye) / far
+        side = np.cross(u, [0.0, 1.0, 0.0])
+        side /= np.linalg.norm(side)
+        one, two = (np.cos(a) * side + np.sin(a) * np.cross(u, side) for a in (0.7, 2.0))
+        scene = Scene.of(
+            primitive(plate),
+            primitive(sphere(eye + 1.8 * far * u + 0.3 * one, 0.3)),
+            primitive(sphere(eye + 2.7 * far * u + 0.4 * two, 0.4), emission=1.0),
+        )
+        found = rows_of(scene, Receiver.at((-2.01, 0.0, 0.0)))
+        x = found.x[found.kind == "three edges"]
+        assert np.sum(np.abs(x - eye[0] - 2.01) < 1e-6) == 1
+        assert np.all(np.diff(np.sort(x)) > 1e-7)

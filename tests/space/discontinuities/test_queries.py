@@ -68,7 +68,7 @@ def test_rays_pass_along_the_images_of_the_edges():
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_steps_share_the_digits_out(dtype):
     """The one a third of those that the other leaves; together half of all digits."""
-    step, share = queries.steps(Receiver.at(np.zeros(3, dtype)), 3.0)
+    step, share = queries.steps(Receiver.at(np.zeros(3, dtype)), np.array([3.0]))
     eps = float(np.finfo(dtype).eps)
     np.testing.assert_allclose(step * share, 3.0 * np.sqrt(eps), rtol=1e-12)
     np.testing.assert_allclose(step / 3.0, share**3, rtol=1e-12)

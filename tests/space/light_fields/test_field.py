@@ -592,3 +592,11 @@ def test_along_a_ray_lights_add_and_pieces_do_not_count(u, light, lamp, screen):
     assert sorted(alone) == [0.0, 0.0, 1.0] or max(alone) < 1.0  # one light, or an edge
     found = seen_along(u, light=light, lamp=lamp, screen=screen)
     np.testing.assert_allclose(found, light @ np.array(alone), rtol=1e-12)
+
+
+@pytest.mark.parametrize("i", range(4))
+def test_a_ray_that_is_nan_is_told(i):
+    lamp = primitive(rectangle((0.0, 0.0, 2.0), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0)), emission=1.0)
+    L = light_field(Scene.of(lamp, environment=0.25), Receiver.at((0.0, 0.0, 0.0)))
+    assert np.isnan(L(*np.where(np.arange(4) == i, np.nan, 3.0)))
+    assert L(3.0, 3.0, 3.0, 3.0) == 0.25

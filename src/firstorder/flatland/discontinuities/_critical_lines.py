@@ -94,7 +94,10 @@ def point_edges(scene: Scene, breaks: Breaks = ()) -> LineEnds:
     point = np.concatenate([point, lights])
     shape = np.concatenate([shape, np.full(len(lights), LIGHT)])
     s = np.concatenate([s, np.arange(len(lights))])
-    keep, size = [], 1e-9 * np.abs(point).max(initial=0.0)
+    keep, size = [], 0.0
+    if len(point):
+        rounding = 8.0 * np.finfo(point.dtype).eps * np.abs(point).max()
+        size = max(1e-9 * np.ptp(point, axis=0).max(), rounding)
     for row in range(len(point)):  # the common end of two segments is one edge
         if all(np.abs(point[row] - point[k]).max() > size for k in keep):
             keep.append(row)

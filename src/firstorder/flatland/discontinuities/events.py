@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
 from firstorder._argument_checks import check_index, check_not_negative, is_concrete
 from firstorder.flatland.direct_lighting import Radiance
@@ -164,13 +165,19 @@ def extrapolation_error(jump_E, jump_E1, distance, radius):
     return jnp.abs(jump_E) * over + 0.5 * jnp.abs(jump_E1) * over**2
 
 
+def _aside(size: float, places: Float[np.ndarray, "n 2"]) -> float:
+    """How far beside an edge rays pass it: more than its coordinates are rounded by [m]."""
+    eps = float(np.finfo(places.dtype).eps)
+    return max(size * eps**0.7, 16.0 * eps * np.abs(places).max(initial=0.0))
+
+
 # --- two edges in line ---------------------------------------------------------------------------
 
 
 def _aligned(scene: Scene, near: LineEnds, far: LineEnds, ask) -> VisualEvents:
     """Receivers that see the far edge exactly behind the near one."""
     size, eps = extent(scene), np.finfo(near.point.dtype).eps
-    step, aside = size * eps**0.25, size * eps**0.7
+    step, aside = size * eps**0.25, _aside(size, near.point)
     way = far.point - near.point
     length = np.linalg.norm(way, axis=1)
     u = way / length[:, None]
@@ -361,7 +368,7 @@ def _rising(scene: Scene, near: LineEnds, far: LineEnds, ask) -> VisualEvents:
     rows = np.flatnonzero(near.tangent)
     near, far = near.take(rows), far.take(rows)
     size, eps = extent(scene), np.finfo(near.point.dtype).eps
-    step, aside = size * eps**0.25, size * eps**0.7
+    step, aside = size * eps**0.25, _aside(size, near.point)
     way = far.point - near.point
     length = np.linalg.norm(way, axis=1)
     u = way / length[:, None]

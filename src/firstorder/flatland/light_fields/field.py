@@ -160,13 +160,20 @@ class LightField(Field):
         """Unit vector to where the light of a ray comes from."""
         return self.facing * direction(self.line.n + theta)
 
-    def beside(self, x: Scalar, theta: Scalar) -> tuple[Int[Array, "2"], Float[Array, "2"]]:
+    def beside(
+        self, x: Scalar, theta: Scalar, far: Scalar | None = None
+    ) -> tuple[Int[Array, "2"], Float[Array, "2"]]:
         """The shapes seen just clockwise and just counter-clockwise of a ray, and those angles.
 
-        The numbers, -1 for none, have no derivative.
+        The numbers, -1 for none, have no derivative. Where the distance to an edge is known the
+        rays pass it by more than the rounding of the place from which they start [m].
         """
-        epsilon = jnp.finfo(theta.dtype).eps ** 0.75
-        angles = theta + jnp.array([-epsilon, epsilon], theta.dtype)
+        eps = jnp.finfo(theta.dtype).eps
+        epsilon = jnp.asarray(eps**0.75, theta.dtype)
+        if far is not None:
+            rounding = 16.0 * eps * jnp.max(jnp.abs(self.eye(x)))
+            epsilon = jnp.maximum(epsilon, jax.lax.stop_gradient(rounding / far))
+        angles = theta + epsilon * jnp.array([-1.0, 1.0], theta.dtype)
         along = jax.vmap(self.sight)(angles)
         origins = jnp.broadcast_to(self.eye(x), along.shape)
         return first_shape(self.scene, origins, along, self.line.on), angles

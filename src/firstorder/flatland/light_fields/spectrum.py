@@ -15,6 +15,7 @@ from __future__ import annotations
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from firstorder._argument_checks import is_concrete, nan_unless
@@ -145,11 +146,21 @@ def _corners(window: Grid, dtype) -> tuple[Array, Array]:
 
 
 def _lines(light: LightField) -> tuple[Array, Array]:
-    """All silhouettes `x = a + h v`; h is not positive, in the line's sense, for those unseen."""
+    """All silhouettes `x = a + h v`; h is not positive, in the line's sense, for those unseen.
+
+    The common end of two segments is one edge: the jump beside it is that of both.
+    """
     line = light.line
     points, valid = light.scene.silhouettes(line.position, line.on)
     gap = points - line.position
-    return gap @ line.tangent, jnp.where(valid, gap @ line.normal, 0.0)
+    a, h = gap @ line.tangent, jnp.where(valid, gap @ line.normal, 0.0)
+    eps = jnp.finfo(a.dtype).eps
+    near = eps**0.75 * jnp.max(jnp.abs(h), initial=0.0) + 16.0 * eps * jnp.max(
+        jnp.abs(line.position)
+    )
+    same = (jnp.abs(a[:, None] - a) <= near) & (jnp.abs(h[:, None] - h) <= near)
+    again = jnp.any(same & np.tri(a.size, k=-1, dtype=bool), 1)
+    return a, jnp.where(again, 0.0, h)
 
 
 def _pierced(light: LightField, window: Grid) -> Array:
@@ -187,15 +198,15 @@ def _edge(light: LightField, a, h, low, high):
     cuts = jnp.concatenate([start[:, None], cuts, stop[:, None]], 1)
     v, dv = 0.5 * (cuts[:, 1:] + cuts[:, :-1]), cuts[:, 1:] - cuts[:, :-1]
     x, dx = a[:, None] + h[:, None] * v, h[:, None] * dv
-    jumps = jax.vmap(jax.vmap(lambda x, v: _jump(light, x, v)))(x, v)
+    jumps = jax.vmap(jax.vmap(lambda x, v, h: _jump(light, x, v, h), (0, 0, None)))(x, v, steep)
     jumps = jnp.where(ahead[:, None], sign * jumps, 0.0)
     return _rows(x, v), _rows(dx, dv), jumps.ravel()
 
 
-def _jump(light: LightField, x, v):
+def _jump(light: LightField, x, v, h):
     """Light beside a silhouette's ray, on the counter-clockwise side less on the other."""
     theta = jnp.arctan(v)
-    numbers, angles = light.beside(x, theta)
+    numbers, angles = light.beside(x, theta, jnp.abs(h) * jnp.sqrt(1.0 + v * v))
     low, high = (light.sent(numbers[i], x, angles[i]) for i in range(2))
     return jnp.where(numbers[0] == numbers[1], 0.0, high - low)
 

@@ -87,7 +87,7 @@ def closed_curve(points: Any, harmonics: int = 16, samples: int = 64) -> Curves:
             f"Argument `points` must have shape (m > {2 * harmonics}, 2), but has {p.shape}."
         )
     xp, p = hosted(p)
-    x, y = p.T
+    x, y = (p - p[0]).T  # far from the origin products of coordinates lose the area
     leftwards = xp.sum(x * xp.roll(y, -1) - y * xp.roll(x, -1)) > 0.0
     F = xp.fft.rfft(xp.where(leftwards, p[::-1], p), axis=0)[: harmonics + 1] / p.shape[0]
     scale = np.where(np.arange(harmonics + 1) == 0, 1.0, 2.0)[:, None]

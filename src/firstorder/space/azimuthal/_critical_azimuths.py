@@ -111,6 +111,15 @@ def parts(scene: Scene, at: Receiver) -> list[Part]:
     return found
 
 
+def rounding(found: list[Part], at: Receiver) -> Float[Array, ""]:
+    """Of a corner, as a share of its largest coordinate: more where the world's origin is far."""
+    where, share = jnp.max(jnp.abs(at.position)), jnp.ones((), at.position.dtype)
+    for part in found:
+        ratio = jnp.where(part.straight.live, where / part.units[0], 0.0)
+        share = jnp.maximum(share, jnp.max(ratio, initial=0.0))
+    return jax.lax.stop_gradient(ROUNDINGS * jnp.finfo(share.dtype).eps * share)
+
+
 def is_known(scene: Scene, at: Receiver) -> Bool[Array, ""]:
     """Whether all numbers of shapes and receiver are some: slices do not meet what is nowhere."""
     numbers = jax.tree.leaves((scene.groups, at))
@@ -159,7 +168,9 @@ def folded(phi: Float[Array, "*k"]) -> tuple[Float[Array, "*k"], Float[Array, "*
     return phi - np.pi * turns, turns
 
 
-def nodes_between(found: list[Part], count: int, most: int, dtype) -> Nodes:
+def nodes_between(
+    found: list[Part], count: int, most: int, dtype, blur: Float[Array, ""] | float
+) -> Nodes:
     """Nodes on all panels between neighbouring events, `count` on each.
 
     Args:
@@ -167,6 +178,7 @@ def nodes_between(found: list[Part], count: int, most: int, dtype) -> Nodes:
         count: nodes on a panel.
         most: panels; NaN if there are more.
         dtype: of the numbers.
+        blur: rounding of the corners (`rounding`), by which events lie apart that are one.
     """
     phi, there = events(found, dtype)
     phi = jnp.where(there, folded(jnp.where(there, phi, 0.0))[0], jnp.inf)
@@ -179,7 +191,7 @@ def nodes_between(found: list[Part], count: int, most: int, dtype) -> Nodes:
     ends = jnp.where(used, phi, 0.0).at[0].set(first)
     ends = jnp.append(jnp.where(used, ends, first + np.pi), first + np.pi)
     phi = nan_unless(number <= most, ends)
-    long = jnp.diff(phi) > STEEP * ROUNDINGS * jnp.finfo(phi.dtype).eps
+    long = jnp.diff(phi) > STEEP * blur
     phi = _together(phi, long)
     base, lag, weight = inverse_sqrt_panels(phi, count)
     edge_weight = jnp.where(long[:, None], weight.reshape(long.size, -1), 0.0)

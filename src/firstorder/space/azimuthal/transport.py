@@ -29,16 +29,17 @@ from firstorder.conventions import azimuth_axes, polar
 from firstorder.numerics._compiled import compiled
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.numerics._refinement import with_errors
+from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import cross, dot, settled
 from firstorder.scene._arguments import check_asked_one
 from firstorder.space.azimuthal._critical_azimuths import (
-    ROUNDINGS,
     STEEP,
     Part,
     folded,
     is_known,
     nodes_between,
     parts,
+    rounding,
 )
 from firstorder.space.azimuthal._integrands import (
     Cosine,
@@ -54,7 +55,7 @@ from firstorder.visibility._intervals import signed_edges, visible_gaps
 from firstorder.visibility.elevation import crease_elevation
 from firstorder.visibility.gradients import SplitDerivative
 
-FAR = 1e30
+FAR = 1e18
 EDGE_NODES = 16  # on what is seen of an edge that lies in one slice
 
 
@@ -212,7 +213,8 @@ def _sliced(found: list[Part], base: Float[Array, ""], lag: Float[Array, ""]) ->
     )
     met = jnp.concatenate([jnp.zeros((0,), bool), *(e[4] for e in ends)])
     along = azimuth_axes(phi)[0]
-    low, high = (jnp.arctan2(p @ along, p[:, 2]) for p in (p_low, p_high))
+    near = (p / power_of_two(p)[:, None] for p in (p_low, p_high))  # the derivative has squares
+    low, high = (jnp.arctan2(p @ along, p[:, 2]) for p in near)
     # From the lower end up to the upper one, on the turn on which the middle lies in (-pi, pi].
     rise = jax.lax.stop_gradient(high - low)
     high = high - 2.0 * np.pi * jnp.floor(rise / (2.0 * np.pi))
@@ -228,7 +230,8 @@ def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> Azimuth
     check_count("most", most)
     found = settled(parts(scene, at))
     dtype = at.position.dtype
-    where = settled(nodes_between(found, nodes, most, dtype))
+    blur = rounding(found, at)
+    where = settled(nodes_between(found, nodes, most, dtype, blur))
 
     def one(base, lag):
         cut = settled(_sliced(found, base, lag))
@@ -238,7 +241,7 @@ def _integrated(scene: Scene, at: Receiver, T, nodes: int, most: int) -> Azimuth
     values, inside, moving = jax.vmap(one)(where.base, where.lag)
     sound = ~scene.inside(at.position, at.on) & is_known(scene, at)
     value, interior = (nan_unless(sound, where.weight @ a) for a in (values, inside))
-    turned, opened = _in_one_slice(found, T, at, where.events)
+    turned, opened = _in_one_slice(found, T, at, where.events, blur)
     boundary = nan_unless(sound, where.edge_weight @ moving) + turned
     return AzimuthalIntegral(value + opened, SplitDerivative(interior, boundary))
 
@@ -259,7 +262,7 @@ def _edge_rate(cut: _Slice, T, at: Receiver) -> Float[Array, "2"]:
 
 
 def _in_one_slice(
-    found: list[Part], T, at: Receiver, events: Float[Array, " m"]
+    found: list[Part], T, at: Receiver, events: Float[Array, " m"], blur
 ) -> tuple[Float[Array, "2"], Float[Array, ""]]:
     """Contribution of edges that lie in one slice, whole, which (48) leaves out.
 
@@ -278,7 +281,7 @@ def _in_one_slice(
         rows = first + jnp.broadcast_to(jnp.arange(n)[:, None], line.live.shape)
         first += n
         if line.live.size:
-            add = jax.vmap(lambda *edge: _turned(found, T, at.S, events, *edge))
+            add = jax.vmap(lambda *edge: _turned(found, T, at.S, events, blur, *edge))
             p, q = (a.reshape(-1, 3) for a in (line.start, line.end))
             turned, opened = add(p, q, part.units[0].ravel(), line.live.ravel(), rows.ravel())
             total, zero = total + jnp.sum(turned, 0), zero + jnp.sum(opened)
@@ -286,19 +289,18 @@ def _in_one_slice(
 
 
 def _turned(
-    found: list[Part], T, S, events, p, q, unit, live, row
+    found: list[Part], T, S, events, blur, p, q, unit, live, row
 ) -> tuple[Float[Array, "2"], Float[Array, ""]]:
     """The share of one edge from p to q, in a unit, of the shape in a row of the slices.
 
     Returns:
         The gradient, and what the edge turns by beyond its event, weighted with the light.
     """
-    rounding = ROUNDINGS * jnp.finfo(p.dtype).eps
-    near = rounding * jnp.max(jnp.abs(jnp.stack([p, q])))
+    near = blur * jnp.max(jnp.abs(jnp.stack([p, q])))
     widths = [jnp.max(jnp.abs(a[:2])) for a in (p, q)]
     wide = jnp.maximum(*widths)
     # As far as this it turns on a panel that the nodes leave out.
-    least = STEEP * rounding * widths[0] * widths[1] + near * wide
+    least = STEEP * blur * widths[0] * widths[1] + near * wide
     there = live & (wide > near) & (jnp.abs(p[0] * q[1] - p[1] * q[0]) <= least)
     x, y = jnp.where(widths[0] < widths[1], q, p)[:2]
     phi = folded(jnp.arctan2(jnp.where(there, y, 0.0), jnp.where(there, x, 1.0)))[0]

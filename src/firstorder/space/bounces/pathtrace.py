@@ -21,6 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, PRNGKeyArray
 
+from firstorder._argument_checks import check_unit
 from firstorder.numerics._vectors import dot, norm
 from firstorder.sampling._paths import (
     SURVIVAL,
@@ -141,7 +142,7 @@ def path_radiance(
         Mean, standard error and number of paths, for each ray, bands last [W/(m^2 sr)].
 
     Raises:
-        ValueError: as in `path_irradiance`.
+        ValueError: as in `path_irradiance`, and if a direction is no unit vector.
 
     Reference: J12 §4.3, eq. 29, in space.
 
@@ -158,6 +159,7 @@ def path_radiance(
     check_many("paths", paths)
     path_lengths(bounces, survival)  # refuses numbers that would be told less one below
     origin, along = numbers("origin", origin), numbers("along", along)
+    check_unit("along", along)
     shape = along.shape[:-1]
     origin = jnp.broadcast_to(origin, along.shape).reshape(-1, 3)
     along = along.reshape(-1, 3)

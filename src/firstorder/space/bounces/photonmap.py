@@ -26,7 +26,7 @@ from scipy.spatial import KDTree
 from firstorder._argument_checks import check_count, check_index
 from firstorder._display import in_print
 from firstorder.numerics._batching import in_batches
-from firstorder.numerics._vectors import dot
+from firstorder.numerics._vectors import dot, orthonormal_frame
 from firstorder.sampling._density import DensityEstimator
 from firstorder.scene._arguments import check_asked
 from firstorder.space.bounces._radiance_maps import (
@@ -213,7 +213,8 @@ def _share(scene: Scene, at: Receiver, radius: Float[Array, " r"]) -> Float[Arra
 
     def one(asked):
         at, radius = asked
-        points = at.position + radius * disc @ at.axes[:, :2].T
+        tangents = orthonormal_frame(scene.normal(at.on, at.position))[:, :2]
+        points = at.position + radius * disc @ tangents.T
 
         def ask(shape: Shape):
             face, _ = _on_face(shape, at.position)

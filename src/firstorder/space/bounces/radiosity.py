@@ -16,7 +16,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Int
 
-from firstorder._argument_checks import check_count, check_integer, check_not_negative
+from firstorder._argument_checks import (
+    check_count,
+    check_integer,
+    check_not_negative,
+    check_unit,
+    nan_unless,
+)
 from firstorder.conventions import cylindrical
 from firstorder.numerics._scale import power_of_two
 from firstorder.numerics._vectors import cross, dot, matvec, norm, orthonormal_frame, unit
@@ -55,7 +61,10 @@ def rectangle_irradiance(
         corners: four, shape (4, 3), counter-clockwise as seen from the front, which emits [m].
 
     Returns:
-        Irradiance [W/m^2], not negative.
+        Irradiance [W/m^2], not negative; NaN where a number is none.
+
+    Raises:
+        ValueError: if `normal` is no unit vector.
 
     Reference: Lambert 1760; derived in `tests/space/bounces/test_radiosity.py` by quadrature.
 
@@ -68,7 +77,9 @@ def rectangle_irradiance(
         3.142
     """
     normal = numbers("normal", normal)
+    check_unit("normal", normal)
     p = numbers("corners", corners) - numbers("point", point)
+    known = jnp.all(jnp.isfinite(p)) & jnp.all(jnp.isfinite(normal))
     # Directions alone count, and squares of lengths leave the range.
     p = p / power_of_two(p.ravel())
     q = jnp.roll(p, -1, axis=0)
@@ -88,10 +99,10 @@ def rectangle_irradiance(
     seen = jnp.append(seen, jnp.any(cuts))
     safe = jnp.where(seen[:, None], start, jnp.array([1.0, 0.0, 0.0], p.dtype))
     other = jnp.where(seen[:, None], end, jnp.array([0.0, 1.0, 0.0], p.dtype))
-    plane = cross(safe, other)
+    plane = cross(safe, other - safe)  # of a small light the two are all but one
     angle = jnp.arctan2(norm(plane), dot(safe, other))
     total = -0.5 * jnp.sum(jnp.where(seen, angle * (unit(plane) @ normal), 0.0))
-    return jnp.where(facing, jnp.maximum(total, 0.0), 0.0)
+    return nan_unless(known, jnp.where(facing, jnp.maximum(total, 0.0), 0.0))
 
 
 @eqx.filter_jit

@@ -24,7 +24,7 @@ from firstorder.space.discontinuities._lines_of_sight import (
 from firstorder.space.discontinuities._planes import planes_of
 from firstorder.space.discontinuities._queries import is_seen, tangential
 from firstorder.space.discontinuities._rounds import Rounds
-from firstorder.space.discontinuities._strips import plane_slopes, strips
+from firstorder.space.discontinuities._strips import plane_slopes, strengths, strips
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
 
@@ -118,7 +118,9 @@ def plane_lines(
     slopes = plane_slopes(scene, at, edges, flat, normals, found)
     sizes = slopes * np.linalg.norm(tangential(at, normals), axis=-1)
     there = np.ones(places.shape[:2], bool)
-    return Curves("two edges in a plane", places, filled(scene, there, slopes, sizes))
+    return Curves(
+        "two edges in a plane", places, filled(scene, there, strengths(found, slopes), sizes)
+    )
 
 
 # --- conics --------------------------------------------------------------------------------------

@@ -62,7 +62,7 @@ from firstorder.space.discontinuities._queries import (
     tangential,
 )
 from firstorder.space.discontinuities._rounds import OFF, rounds_of, tangent_planes
-from firstorder.space.discontinuities._strips import plane_slopes, strips, sums
+from firstorder.space.discontinuities._strips import plane_slopes, strengths, strips, sums
 from firstorder.space.discontinuities._tangents import Tangents
 from firstorder.space.receiver import Receiver
 from firstorder.space.scene import Scene
@@ -117,8 +117,8 @@ def tangent_roots(scene: Scene, at: Receiver, edges: Edges, rows: Tangents) -> R
     """
     u, m, k = rows.u, rows.m, rows.curvature[:, None]
     rate = tangential(at, -m * (1.0 / rows.r[:, :1] - 1.0 / rows.r[:, 1:]))
-    step, _ = steps(at, edges.size)
-    d = -np.sign(k) * step * unit(rate)  # to where the lens is
+    step, _ = steps(at, np.min(rows.r, axis=1))
+    d = -np.sign(k) * step[:, None] * unit(rate)  # to where the lens is
     heights = -dot(d, m)[:, None] / rows.r
     middle, width = np.mean(heights, axis=1, keepdims=True), np.abs(np.diff(heights, axis=1))
     beside = np.sqrt(6.0 * width / np.abs(k))  # where the outlines are twice as far apart
@@ -160,9 +160,9 @@ def vertex_edge_bends(
     way, u_, m_ = way[fan], u[row], m[row]
     tau = np.cross(u_, m_)
     across, beside = dot(way, m_), dot(way, tau)
-    step, share = steps(at, edges.size)
+    step, share = steps(at, np.minimum(rows.r_vertex, rows.r_edge)[row])
     moved = np.linalg.norm(rate, axis=-1)
-    eye = rows.place[row] + np.sign(across)[:, None] * step * unit(rate)[row]
+    eye = rows.place[row] + (np.sign(across) * step)[:, None] * unit(rate)[row]
     image, other = np.cross(start[row] - eye, along[row]), np.cross(vertex[row] - eye, way)
     bent = np.flatnonzero(~straight[row])  # an outline may turn away before the edge crosses it
     bodies = rounds_of(scene).take(rows.edge[row[bent]] - len(edges.ends))
@@ -181,7 +181,7 @@ def _on_strips(scene: Scene, at: Receiver, edges: Edges, place, m, asked) -> np.
     found = strips(edges, rounds_of(scene), at, *planes)
     slopes = plane_slopes(scene, at, edges, *planes, found)
     jumps = np.zeros(len(m), bool)
-    jumps[flat] = is_seen(scene, slopes)
+    jumps[flat] = is_seen(scene, strengths(found, slopes))
     return jumps
 
 
@@ -203,11 +203,11 @@ def three_edges_bends(scene: Scene, at: Receiver, edges: Edges, rows: ThreeEdges
     m, start, along = (np.take_along_axis(a, order[..., None], 1) for a in (m, start, along))
     r, sines = (np.take_along_axis(a, order, 1) for a in (r, sines))
     rate = tangential(at, -np.sum((sines / r)[..., None] * m, axis=1))
-    step, share = steps(at, edges.size)
+    step, share = steps(at, np.min(r, axis=1))
     hair = share * step * np.linalg.norm(rate, axis=-1)
     K = []
     for side in (1.0, -1.0):
-        eye = rows.place + side * step * unit(rate)
+        eye = rows.place + side * step[:, None] * unit(rate)
         planes = tuple(np.cross(start[:, i] - eye, along[:, i]) for i in (0, 1))
         K.append(crossing_sum(scene, at, eye, planes, (m[:, 0], m[:, 1], rows.u), hair)[0])
     change = np.sign(sines[:, 2]) * (K[0] - K[1]) / np.prod(sines, axis=1)

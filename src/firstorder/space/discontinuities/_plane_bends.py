@@ -49,6 +49,7 @@ from firstorder.space.discontinuities._strips import (
     InPlane,
     Strips,
     in_plane,
+    strengths,
     strip_sums,
     sums,
     touching_walls,
@@ -99,7 +100,7 @@ def plane_bends(
     """
     speed = normals @ d
     shown = strip_sums(scene, at, edges, places, normals, found)
-    seen = is_seen(scene, sums(found.row, found.weight * shown, len(places)))
+    seen = is_seen(scene, strengths(found, sums(found.row, found.weight * shown, len(places))))
     bends = np.zeros((3, len(places)))
     bends[0] = 4.0 * speed * sums(found.row, shown * (found.turn @ d), len(places))
     bends[0] += speed**2 * sums(found.row, shown * found.lift, len(places))
@@ -125,13 +126,13 @@ def _parts(scene: Scene, edges: Edges, at: Receiver, places, normals, d, rows: C
     u = unit(rows.point - place)
     tau = np.cross(u, m)
     closer = np.diff(1.0 / rows.r, axis=1)[:, 0]  # positive if the edge of the plane is nearer
-    step, share = steps(at, edges.size)
+    step, share = steps(at, np.min(rows.r, axis=1))
     up = tangential(at, m)
     hair = share * step * np.linalg.norm(up, axis=-1) * np.abs(closer)
     K = np.zeros(len(u))
     for side in (1.0, -1.0):
         there = rows.side * side * closer <= 0.0
-        eye = (place + side * step * unit(up))[there]
+        eye = (place + side * step[:, None] * unit(up))[there]
         image = np.cross(rows.start[there] - eye, rows.along[there])
         other = np.cross(rows.point[there] - eye, rows.way[there])
         towards = m[there], tau[there], u[there]

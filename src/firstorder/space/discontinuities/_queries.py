@@ -92,10 +92,15 @@ def crossing_sum(
     return L[0] - L[1] - L[2] + L[3], u
 
 
-def steps(at: Receiver, size: float) -> tuple[float, float]:
-    """How far an eye is moved off an event [m], and the share of that at which rays pass edges."""
+def steps(at: Receiver, far: Float[np.ndarray, " n"]) -> tuple[Float[np.ndarray, " n"], float]:
+    """How far eyes are moved off events [m], and the share of that at which rays pass edges.
+
+    Args:
+        at: for its precision.
+        far: distance of the nearest thing that an event is about [m].
+    """
     eps = float(np.finfo(at.position.dtype).eps)
-    return size * eps**0.375, eps**0.125
+    return far * eps**0.375, eps**0.125
 
 
 def tangential(at: Receiver, m: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:

@@ -187,6 +187,13 @@ def _condition(edges: Edges, rounds: Rounds, at: Receiver, along, edge, number) 
 
 def _common_roots(f, g) -> tuple[np.ndarray, np.ndarray]:
     """Common roots of two polynomials of second degree in t and in s, both between 0 and 1."""
+    if np.max(np.abs(f[1:])) <= 1e-12:
+        f, g = g, f
+    if np.max(np.abs(g[1:])) <= 1e-12:  # it tells s alone, as of an edge along the line
+        s = _between_0_and_1(np.polynomial.Polynomial(g[0]).trim(1e-14).roots())
+        t, row = quadratic_roots(NODES[:, None] ** [0, 1, 2] @ (f @ s ** [[0], [1], [2]]))
+        on = (t > 0.0) & (t < 1.0)
+        return t[on], s[row[on]]
     f, g = ([np.polynomial.Polynomial(row) for row in a] for a in (f, g))
 
     def minor(i, j):
@@ -194,11 +201,15 @@ def _common_roots(f, g) -> tuple[np.ndarray, np.ndarray]:
 
     resultant = minor(0, 2) ** 2 - minor(0, 1) * minor(1, 2)
     s = resultant.trim(1e-14 * np.max(np.abs(resultant.coef))).roots()
-    s = s.real[(np.abs(s.imag) < 1e-6) & (s.real > 0.0) & (s.real < 1.0)]
+    s = _between_0_and_1(s)
     with np.errstate(divide="ignore", invalid="ignore"):
         t = -minor(0, 2)(s) / minor(1, 2)(s)
     on = (t > 0.0) & (t < 1.0)
     return t[on], s[on]
+
+
+def _between_0_and_1(s) -> np.ndarray:
+    return s.real[(np.abs(s.imag) < 1e-6) & (s.real > 0.0) & (s.real < 1.0)]
 
 
 # --- three round outlines ------------------------------------------------------------------------
@@ -267,5 +278,7 @@ def _common_zeros(both) -> tuple[np.ndarray, np.ndarray]:
             angle = angle - (value[1] * J[0, :, 0] - value[0] * J[1, :, 0]) / det
     good = (t > 0.0) & (t < 1.0) & np.isfinite(angle)
     found = np.stack([t[good], angle[good] % (2.0 * np.pi)], -1)
-    _, first = np.unique(np.round(found, 8), axis=0, return_index=True)
+    apart = np.abs(found[:, None] - found)
+    apart[..., 1] = np.minimum(apart[..., 1], 2.0 * np.pi - apart[..., 1])
+    first = ~np.any(np.tril(np.all(apart < 1e-7, axis=-1), -1), axis=1)
     return found[first, 0], found[first, 1]

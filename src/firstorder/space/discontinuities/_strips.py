@@ -92,7 +92,7 @@ def _strips_of(edges: Edges, rounds: Rounds, at: Receiver, row: int, place, m) -
         weight, turn, lift = (here.slope * -np.diff(a[seen], axis=0) for a in parts)
         n = len(weight)
         u = np.tile(ways[cell] @ here.frame, (n, 1))
-        middle = 0.5 * (far[:-1] + far[1:])
+        middle = 2.0 / (1.0 / far[:-1] + 1.0 / far[1:])
         ends, lines = np.tile(angles[cell : cell + 2], (n, 1)), np.stack([seen[:-1], seen[1:]], -1)
         strip = Strips(np.full(n, row), u, middle, weight, turn @ here.frame, lift, ends, lines)
         found.append(strip)
@@ -323,11 +323,17 @@ def plane_slopes(
     return sums(found.row, shown, len(places))
 
 
+def strengths(found: Strips, slopes) -> Float[np.ndarray, " n"]:
+    """Jumps by plane over the weight of their strips, in any unit of length [W/(m^2 sr)]."""
+    weight = sums(found.row, found.weight, len(slopes))
+    return slopes / np.where(weight > 0.0, weight, 1.0)
+
+
 def strip_sums(
     scene: Scene, at: Receiver, edges: Edges, places, normals, found: Strips
 ) -> Float[np.ndarray, " k"]:
     """Alternating sums of radiance in strips, by rays down and up through them, over and under."""
-    step, _ = steps(at, edges.size)
+    step = steps(at, found.r)[0][:, None]
     place = places[found.row]
     aside = step * unit(tangential(at, normals))[found.row]
     far = found.r[:, None] * found.u

@@ -48,7 +48,7 @@ from firstorder.space.discontinuities._round_lines import (
     vertex_rounds_along,
 )
 from firstorder.space.discontinuities._rounds import Rounds, rounds_of
-from firstorder.space.discontinuities._strips import plane_slopes, strips
+from firstorder.space.discontinuities._strips import plane_slopes, strengths, strips
 from firstorder.space.discontinuities._tangents import (
     body_tangents_along,
     edge_tangents_along,
@@ -174,7 +174,7 @@ def _planes(
     rows, first = np.unique(found.row, return_index=True)
     r, u = found.r[first, None], found.u[first]
     slope = slopes[rows] * np.abs(normals[rows] @ way)
-    seen = is_seen(scene, slopes[rows])
+    seen = is_seen(scene, strengths(found, slopes)[rows])
     bend, *roots = plane_bends(scene, edges, rounds, at, places, normals, way, found)[:, rows]
     return _table(at, way, "two edges in a plane", x[rows], u, r, seen, slope, bend, roots)
 

@@ -88,7 +88,7 @@ class LightField(Field):
         else:
             L = self.radiance(shape, point, front, along)
         met = (number >= 0) & jnp.isfinite(t)  # search and hit may round a grazing ray differently
-        return jnp.where(met, L, self.scene.sky(along)) + 0.0 * u[0]
+        return jnp.where(met, L, self.scene.sky(along)) + 0.0 * jnp.sum(u)  # NaN stays NaN
 
     # --- the field -------------------------------------------------------------------------------
 
