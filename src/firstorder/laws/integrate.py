@@ -140,7 +140,7 @@ class Integrate(Law):
         )
         ends, order = sorted_breaks(lower.value, upper.value, [b.value for b in inner])
         curves = jax.tree.map(lambda *leaves: jnp.stack(leaves)[order], lower, *inner, upper)
-        epsilon = _epsilons(ends, curves.gradient, along(jnp.zeros((), u.dtype)), f.frame, a)
+        epsilon = _epsilons(ends, curves.gradient, along, f.frame, a)
         inside = jnp.concatenate([ends[:-1] + epsilon[0], ends[1:] - epsilon[1]])
         if not inner and not self._ends_move:  # nothing moves
             inside = inside[:0]
@@ -288,7 +288,9 @@ def _within(b: Jet, lower: Array, upper: Array) -> Jet:
     return jax.tree.map(lambda x, y: jnp.where(inside, x, y), b, still)
 
 
-def _epsilons(ends: Array, gradient: Array, u: Ray, frame: Frame, a: int) -> tuple[Array, Array]:
+def _epsilons(
+    ends: Array, gradient: Array, along: Callable[[Array], Ray], frame: Frame, a: int
+) -> tuple[Array, Array]:
     """Steps into each panel from its two ends, to where one-sided limits are looked at.
 
     No nearer to an edge than a field may tell its sides apart (`light_field`: eps^(3/4) in any
@@ -299,7 +301,7 @@ def _epsilons(ends: Array, gradient: Array, u: Ray, frame: Frame, a: int) -> tup
     Args:
         ends: of the panels, one after another.
         gradient: of each end in the other coordinates.
-        u: a ray of the interval, for its other coordinates.
+        along: the ray at a place of the interval.
         frame: of the field.
         a: the axis of integration.
     """
@@ -307,8 +309,12 @@ def _epsilons(ends: Array, gradient: Array, u: Ray, frame: Frame, a: int) -> tup
     eps = jnp.finfo(ends.dtype).eps
     turns = np.array([c not in POSITIONS + TIMES for c in frame.coordinates])
     slopes = np.array([c in SLOPES for c in frame.coordinates])
-    steep = jnp.sum(jnp.where(turns, jnp.abs(gradient) * (1.0 + slopes * u * u), 0.0), -1)
-    own = 1.0 + slopes[a] * ends * ends if turns[a] else jnp.abs(ends[-1] - ends[0])
+    rate = jnp.abs(gradient)
+    if slopes.any():
+        rate = rate * (1.0 + slopes * along(jnp.zeros((), ends.dtype)) ** 2)
+    steep = jnp.sum(jnp.where(turns, rate, 0.0), -1)
+    own = 1.0 if turns[a] else jnp.abs(ends[-1] - ends[0])
+    own = 1.0 + ends**2 if slopes[a] else own
     apart = 16.0 * eps**0.75 * (own + jnp.where(jnp.isfinite(steep), steep, 0.0))
     least = (jnp.minimum(a, 0.25 * jnp.abs(wide)) for a in (apart[:-1], apart[1:]))
     low, high = (jnp.sign(wide) * jnp.maximum(eps**0.5 * jnp.abs(wide), a) for a in least)

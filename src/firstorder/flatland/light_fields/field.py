@@ -14,6 +14,7 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, Float, Int
 
@@ -169,11 +170,11 @@ class LightField(Field):
         rays pass it by more than the rounding of the place from which they start [m].
         """
         eps = jnp.finfo(theta.dtype).eps
-        epsilon = jnp.asarray(eps**0.75, theta.dtype)
+        epsilon = eps**0.75
         if far is not None:
             rounding = 16.0 * eps * jnp.max(jnp.abs(self.eye(x)))
             epsilon = jnp.maximum(epsilon, jax.lax.stop_gradient(rounding / far))
-        angles = theta + epsilon * jnp.array([-1.0, 1.0], theta.dtype)
+        angles = theta + epsilon * np.array([-1.0, 1.0], theta.dtype)
         along = jax.vmap(self.sight)(angles)
         origins = jnp.broadcast_to(self.eye(x), along.shape)
         return first_shape(self.scene, origins, along, self.line.on), angles

@@ -209,6 +209,7 @@ def _common_roots(f, g) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _between_0_and_1(s) -> np.ndarray:
+    """Real roots between 0 and 1, of a double one both."""
     return s.real[(np.abs(s.imag) < 1e-6) & (s.real > 0.0) & (s.real < 1.0)]
 
 

@@ -92,7 +92,7 @@ def _strips_of(edges: Edges, rounds: Rounds, at: Receiver, row: int, place, m) -
         weight, turn, lift = (here.slope * -np.diff(a[seen], axis=0) for a in parts)
         n = len(weight)
         u = np.tile(ways[cell] @ here.frame, (n, 1))
-        middle = 2.0 / (1.0 / far[:-1] + 1.0 / far[1:])
+        middle = 2.0 / (1.0 / far[:-1] + 1.0 / far[1:])  # by the nearer edge, however far the other
         ends, lines = np.tile(angles[cell : cell + 2], (n, 1)), np.stack([seen[:-1], seen[1:]], -1)
         strip = Strips(np.full(n, row), u, middle, weight, turn @ here.frame, lift, ends, lines)
         found.append(strip)
