@@ -302,6 +302,12 @@ def test_light_with_breaks_is_cut_there():
     assert abs(bent(0.12) - truth) < 1e-14
 
 
+@pytest.mark.parametrize("angle", [np.nan, np.array([0.1, np.inf])])
+def test_breaks_are_finite(angle):
+    with pytest.raises(ValueError, match="Argument `breaks` must be finite"):
+        shading_derivatives(lambda p, w: w, jnp.zeros(2), slabs(0.1), breaks=(angle,))
+
+
 def test_the_measure_and_the_quadrature_agree():
     low, high = np.moveaxis(np.array(oracle.SLABS), 1, 0)
     s, measure = under_cosine(low, high, 0.12)

@@ -27,7 +27,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import nan_unless
+from firstorder._argument_checks import check_finite, nan_unless
 from firstorder._display import Module
 from firstorder.numerics._quadrature import composite_gauss_legendre
 from firstorder.numerics._refinement import with_errors
@@ -209,6 +209,9 @@ def shading_derivatives(
     Returns:
         B, B_p and B_pq.
 
+    Raises:
+        ValueError: if a break is no finite number.
+
     Reference: R07 §6, eqs. 32-37; the Hessian is ours (R07 §6.2 says that it follows).
 
     Example:
@@ -221,6 +224,8 @@ def shading_derivatives(
         1.0 [1. 0.]
     """
     p = as_float(p)
+    for angle in breaks:
+        check_finite("breaks", angle)
     edges = edges.known()
     omega, weight = composite_gauss_legendre(
         *_ends(horizon, p), [*edges.edges.value, *map(as_float, breaks)], nodes

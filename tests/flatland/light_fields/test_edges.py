@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from firstorder.conventions import FLATLAND, FLATLAND_SLOPE, Frame
-from firstorder.flatland import Circles, Receiver, Scene, Segments, light_field, primitive
+from firstorder.flatland import Arcs, Circles, Receiver, Scene, Segments, light_field, primitive
 from tests.flatland.traced import ARC, COUNT, direction, limbs, met, place, scene, unit
 from tests.flatland.worlds import bean
 
@@ -279,3 +279,17 @@ def test_light_jumps_at_a_limb_by_that_of_the_place_that_the_sight_touches(R):
         found = jet_of(edge.jump, np.array([x, label]))
         assert found.value == pytest.approx(value, rel=1e-9)
         np.testing.assert_allclose(found.gradient, [slope, 0.0], rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("far", [2.0, 1e3, 1e5])
+def test_light_jumps_at_the_end_of_an_arc_from_its_outside_to_its_inside(far):
+    bowl = Arcs((0.0, far), 0.1, np.pi, 1.5 * np.pi)  # open on the lower left, normals inward
+    light = light_field(
+        Scene.of(primitive(bowl)),
+        Receiver((0.0, 0.0), 0.0),
+        radiance=lambda number, s, front, along: jnp.where(front, 1.0, 0.25) + 0.0 * s,
+    )
+    start = light.edges()[2]
+    ahead = jnp.zeros(2)
+    assert abs(start.level.at(ahead)) < 1e-12 * far
+    assert start.jump.at(ahead) == 0.75

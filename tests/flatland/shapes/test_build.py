@@ -59,11 +59,20 @@ def test_light_behind_a_closed_curve_is_differentiated_by_its_points():
     [
         (lambda: polyline([(0.0, 0.0)]), "`points` must have shape"),
         (lambda: closed_curve(np.zeros((8, 2)), 4), "`points` must have shape"),
+        (lambda: box((2.0, 0.0), (0.0, 1.0)), "`high` must be above `low` in both coordinates"),
+        (lambda: box((0.0, np.nan), (1.0, 1.0)), "`high` must be above `low` in both coordinates"),
+        (lambda: box((0.0, 0.0, 0.0), (1.0, 1.0)), r"`low` must have shape \(2,\)"),
     ],
 )
 def test_bad_points_are_refused_in_one_sentence(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+def test_a_traced_box_with_exchanged_corners_is_nan():
+    walls = jax.jit(lambda right: box((0.0, 0.0), (right, 1.0)).start)
+    assert np.isnan(walls(-1.0)).any()
+    assert walls(2.0).tolist() == box((0.0, 0.0), (2.0, 1.0)).start.tolist()
 
 
 def test_a_function_is_not_points():

@@ -197,3 +197,10 @@ def test_far_from_the_origin_planes_are_one_by_their_size():
     assert edges(plane((1e3, 2e3, 5.0 + 1e-4), (0.0, 0.0, 1.0)), at=high).size == 1.0
     level = Receiver.at((1e3, 2e3, 0.0))
     assert edges(plane((0.0, 0.0, 1e-4), (0.0, 0.0, 1.0)), at=level).size == 1.0
+
+
+def test_a_shape_whose_corners_would_all_be_one_is_refused():
+    small = rectangle((0.0, 0.0, 1.0), (1e-9, 0.0, 0.0), (0.0, 1e-9, 0.0))
+    assert len(edges(small).ends) == 4
+    with pytest.raises(ValueError, match=r"A shape is 2e-09 m long, .* within 1.5e-08 m count as"):
+        edges(small, box((0.0, 0.0, 1.0), (1.0, 1.0, 2.0)))

@@ -90,7 +90,7 @@ def test_pieces_end_where_nothing_is_seen():
 
 
 def test_what_cannot_be_drawn_is_refused(scene):
-    with pytest.raises(ValueError, match="points"):
+    with pytest.raises(ValueError, match="`points` must be a positive integer, but is 0"):
         discontinuity_mesh(scene, MIDDLE, points=0, reach=1.0)
     with pytest.raises(ValueError, match="reach"):
         discontinuity_mesh(scene, MIDDLE, reach=-1.0)

@@ -297,7 +297,12 @@ class SilhouetteJump(Field):
                 numbers, (low, high), angles, (-1.0, 1.0), strict=True
             )
         ]
-        same = (numbers[0] == numbers[1]) & ((numbers[0] < 0) | _near(low[0], high[0]))
+        fronts = [
+            light.front(jnp.maximum(number, 0), s, light.sight(angle))
+            for number, (_, s), angle in zip(numbers, (low, high), angles, strict=True)
+        ]
+        near = _near(low[0], high[0]) & (fronts[0] == fronts[1])
+        same = (numbers[0] == numbers[1]) & ((numbers[0] < 0) | near)
         there = valid[self.k] & (jnp.cos(light.angle(u) - theta) > 0.0)
         return jnp.where(there & ~same, sides[1] - sides[0], 0.0)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from firstorder._argument_checks import check_count
+from firstorder._argument_checks import check_count, check_shape, is_concrete, nan_unless
 from firstorder.flatland.shapes.kinds import Curves, Segments
 from firstorder.numerics._host import hosted
 from firstorder.typing import as_float
@@ -45,7 +45,7 @@ def box(low: Any, high: Any, inward: bool = False) -> Segments:
         inward: whether normals point inward.
 
     Raises:
-        ValueError: if a side has no length.
+        ValueError: if `high` is not above `low` in both coordinates; NaN where they are traced.
 
     Example:
         >>> from firstorder.flatland import box
@@ -53,6 +53,11 @@ def box(low: Any, high: Any, inward: bool = False) -> Segments:
         4
     """
     xp, low, high = hosted(as_float(low), as_float(high))
+    check_shape("low", low, (2,))
+    check_shape("high", high, (2,))
+    if is_concrete((low, high)) and not np.all(np.asarray(high) > np.asarray(low)):
+        raise ValueError("Argument `high` must be above `low` in both coordinates, but is not.")
+    high = nan_unless(high > low, high)
     (x0, y0), (x1, y1) = low, high
     corners = [(x0, y0), (x0, y1), (x1, y1), (x1, y0)]
     if inward:

@@ -87,7 +87,8 @@ def edges_of(scene: Scene, at: Receiver) -> Edges:
         at: the receivers' plane, which may be a plane of the scene.
 
     Raises:
-        ValueError: if there is a plane in which the receivers do not lie.
+        ValueError: if there is a plane in which the receivers do not lie, or a shape that is too
+            small beside the extent of all of them.
 
     Example:
         >>> from firstorder.space import Receiver, Scene, box, primitive
@@ -107,6 +108,7 @@ def edges_of(scene: Scene, at: Receiver) -> Edges:
     vertices, pairs = np.concatenate(points), np.concatenate(ends)
     size = _size(scene, vertices)
     near = size * float(np.sqrt(np.finfo(at.position.dtype).eps))
+    _check_extents(points[1:], near)
     vertices, pairs = _merged(vertices, pairs, near)
     start, along = vertices[pairs[:, 0]], vertices[pairs[:, 1]] - vertices[pairs[:, 0]]
     sides = Faces(*(np.concatenate(parts) for parts in zip(*faces, strict=True)))
@@ -119,6 +121,16 @@ def _size(scene: Scene, vertices) -> float:
     round_shapes = [bounds(group) for group in scene.groups if isinstance(group, ROUND)]
     points = np.concatenate([vertices, *(np.concatenate(ends) for ends in round_shapes)])
     return float(np.max(np.ptp(points, axis=0))) if len(points) else 1.0
+
+
+def _check_extents(shapes: list[np.ndarray], near: float) -> None:
+    """Refuse a shape whose corners would all be one."""
+    extents = [float(np.max(np.ptp(corners, axis=0))) for corners in shapes if len(corners)]
+    if extents and min(extents) <= near:
+        raise ValueError(
+            f"A shape is {min(extents):.2g} m long, but beside the extent of all of them points "
+            f"within {near:.2g} m count as one in this precision. Leave out what is far away."
+        )
 
 
 def _merged(vertices, pairs, near) -> tuple[np.ndarray, np.ndarray]:

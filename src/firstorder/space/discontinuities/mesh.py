@@ -16,7 +16,7 @@ import dataclasses
 import numpy as np
 from jaxtyping import ArrayLike, Int
 
-from firstorder._argument_checks import check_positive
+from firstorder._argument_checks import check_count, check_positive
 from firstorder.scene._arguments import check_asked_one
 from firstorder.space.discontinuities._curves import (
     Curves,
@@ -87,7 +87,7 @@ def discontinuity_mesh(
 
     Raises:
         ValueError: if the scene is traced, has a plane in which the receivers do not lie, bands or
-            a sky of many radiances; if a number is not positive.
+            a sky of many radiances; if `reach` is not positive or `points` no positive integer.
 
     Reference: J12 §5; R07 §7.
 
@@ -104,7 +104,7 @@ def discontinuity_mesh(
     check_asked_one(scene, Scene, at, Receiver)
     check_concrete(scene, at)
     check_positive("reach", reach)
-    check_positive("points", points)
+    check_count("points", points)
     edges, rounds, width = edges_of(scene, at), rounds_of(scene), float(np.asarray(reach))
     curves = [
         plane_lines(scene, edges, rounds, at, width, points),
