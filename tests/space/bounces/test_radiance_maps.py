@@ -120,6 +120,20 @@ def test_finer_maps_keep_a_linear_radiance():
     np.testing.assert_allclose(fine[1], 1.0 + t + 2.0 * t[:, None], rtol=1e-5)
 
 
+def test_finer_maps_go_round_with_azimuth():
+    def light(cells):
+        azimuth = np.pi * ((np.arange(cells) + 0.5) / cells * 2.0 - 1.0)
+        return 2.0 + np.cos(azimuth - 3.0)
+
+    scene, cells, finer = everything(), 8, 32
+    plan, bilinear = face_layout(scene), (2.0 * np.pi / cells) ** 2 / 8.0
+    L = jnp.asarray(np.broadcast_to(light(cells), (len(plan.kind), cells, cells)))
+    error = np.abs(refine_maps(RadianceMaps(scene, L), finer).L[:, 0] - light(finer)).max(1)
+    round_faces = {("Ellipsoids", 0), ("Cylinders", 0)}
+    expected = [face in round_faces for face in zip(plan.kind, plan.face, strict=True)]
+    assert (error <= bilinear).tolist() == expected
+
+
 def test_cells_of_a_ball_lie_on_it_and_face_outward():
     scene = everything()
     point, normal = cell_centers(scene, 4)

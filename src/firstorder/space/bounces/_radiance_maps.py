@@ -259,6 +259,8 @@ def _looked_up(L: Array, face: Array, s: Array, t: Array) -> Array:
 def refine_maps(maps: RadianceMaps, cells: int) -> RadianceMaps:
     """Radiance maps resampled to more cells, bilinear between the centres of the old ones.
 
+    Azimuth goes round; beyond the outermost centres of any other coordinate the line goes on.
+
     Args:
         maps: of any number of cells, at least 2.
         cells: along each side of each face.
@@ -275,17 +277,26 @@ def refine_maps(maps: RadianceMaps, cells: int) -> RadianceMaps:
         (4, 8, 8)
     """
     check_count("cells", cells)
-    k = maps.L.shape[1]
-    u = (np.arange(cells) + 0.5) / cells * k - 0.5
-    low = np.clip(np.floor(u), 0, k - 2).astype(int)
-    part = u - low
-    weights = np.zeros((cells, k))
-    np.add.at(weights, (np.arange(cells), low), 1.0 - part)
-    np.add.at(weights, (np.arange(cells), low + 1), part)
-    W = jnp.asarray(weights, maps.L.dtype)
-    return RadianceMaps(
-        maps.scene, jnp.maximum(jnp.einsum("ai,bj,fij...->fab...", W, W, maps.L), 0.0)
-    )
+    plan = face_layout(maps.scene)
+    flat, around = (_resampling(maps.L.shape[1], cells, closes) for closes in (False, True))
+    closes = [
+        kind == "Ellipsoids" or (kind == "Cylinders" and face == 0)
+        for kind, face in zip(plan.kind, plan.face, strict=True)
+    ]
+    across = np.stack([around if one else flat for one in closes])
+    W, across = (jnp.asarray(weights, maps.L.dtype) for weights in (flat, across))
+    L = jnp.einsum("ai,fbj,fij...->fab...", W, across, maps.L)
+    return RadianceMaps(maps.scene, jnp.maximum(L, 0.0))
+
+
+def _resampling(old: int, new: int, closes: bool) -> np.ndarray:
+    """Weights of old cells in new ones along a row, which may close on itself; shape (new, old)."""
+    u = (np.arange(new) + 0.5) / new * old - 0.5
+    low = np.floor(u) if closes else np.clip(np.floor(u), 0, old - 2)
+    weights = np.zeros((new, old))
+    for cell, part in ((low, 1.0 - (u - low)), (low + 1, u - low)):
+        np.add.at(weights, (np.arange(new), cell.astype(int) % old), part)
+    return weights
 
 
 def cell_centers(scene: Scene, cells: int) -> tuple[Array, Array]:
