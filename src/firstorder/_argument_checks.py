@@ -134,11 +134,11 @@ def check_broadcast(name: str, x: Any, shape: tuple[int, ...]) -> None:
         )
 
 
-def check_coordinates(name: str, x: Any) -> None:
-    """Refuse points and vectors that are not of space."""
-    shape = np.shape(x)
-    if shape[-1:] != (3,):
-        raise ValueError(f"Argument `{name}` must have three coordinates, but has shape {shape}.")
+def check_coordinates(name: str, x: Any, count: int = 3) -> None:
+    """Refuse points and vectors that are not of space, or with two coordinates not of the plane."""
+    shape, words = np.shape(x), {2: "two", 3: "three"}[count]
+    if shape[-1:] != (count,):
+        raise ValueError(f"Argument `{name}` must have {words} coordinates, but has shape {shape}.")
 
 
 def check_one(name: str, x: Any) -> None:

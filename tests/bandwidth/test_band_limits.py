@@ -361,3 +361,8 @@ def test_bands_of_the_same_coordinates_add_whatever_their_sense():
     assert (one + other).extent("x") == 1.5
     with pytest.raises(ValueError, match=r"the same coordinates, but have x, theta and x, y, "):
         _ = one + BandLimit.box((1.0, 1.0, 1.0, 1.0), SPACE)
+
+
+def test_a_direction_has_an_entry_for_each_coordinate():
+    with pytest.raises(ValueError, match="`direction` must have shape"):
+        BandLimit.box((1.0, 3.0)).reach(jnp.ones(1))

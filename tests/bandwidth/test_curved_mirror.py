@@ -326,3 +326,19 @@ def test_nothing_that_turns_shows_nothing_of_an_endless_spectrum():
     assert occluded_criterion(jnp.inf, 0.0, 0.0, 1.0, 1.0) == 0.0
     assert occluded_bandwidth(jnp.inf, 1.0, 1.0, 1.0, 1.0) == 0.0  # 1 - (2 kappa - s) d = 0
     assert glossy_bandwidth(jnp.inf, 2.0, 0.1, 1.0) == jnp.inf
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"S": -0.5},
+        {"S": (-0.5, -0.5)},
+        {"d": np.array([3.0, 1.0])},
+        {"cos_view": np.array([1.0, 0.5])},
+    ],
+)
+def test_a_mirror_in_space_is_one_matrix_and_numbers(wrong):
+    given = {"cutoff": 1.0, "d": 3.0, "S": -0.5 * np.eye(2), "cos_view": 1.0} | wrong
+    (name,) = wrong
+    with pytest.raises((ValueError, TypeError), match=f"`{name}` must|parameter {name}="):
+        glossy_bandwidth_in_space(**given)

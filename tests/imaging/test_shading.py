@@ -14,6 +14,7 @@ from firstorder.imaging.images import pixel_labels
 from firstorder.imaging.shading import SurfaceMaps, _shade_pixel, _shadow_rays, shade_pixels
 from firstorder.imaging.sky_lights import sky_light
 from firstorder.space import ConstantSky, Scene, plane, primitive, sphere
+from tests import drawn_lamp
 
 SCENE = Scene.of(
     primitive(
@@ -164,3 +165,16 @@ def test_what_hides_a_node_lies_at_its_share_of_the_way():
 def test_without_a_lamp_there_is_one_sentence():
     with pytest.raises(ValueError, match=r"^Argument `lamps` must hold a light, but is empty\."):
         shade_pixels(SCENE, CAMERA, [], PLACES, np.array(SHOWN))
+
+
+def test_a_ceiling_does_not_hide_the_lamp_that_is_drawn_on_it():
+    floor = primitive(drawn_lamp.board(0.0, 5.0), albedo=0.5)
+    ceiling = primitive(drawn_lamp.board(drawn_lamp.HEIGHT, 5.0, up=False))
+    lit, alone = (
+        shade_pixels(
+            scene, drawn_lamp.CAMERA, [drawn_lamp.LAMP], drawn_lamp.PLACES, np.zeros(2, int)
+        )
+        for scene in (Scene.of(floor, ceiling), Scene.of(floor))
+    )
+    assert np.all(alone.value > 0.0)
+    np.testing.assert_allclose(lit.value, alone.value, rtol=1e-9)

@@ -301,3 +301,20 @@ def test_in_the_middle_of_a_pixel_it_is_the_pixel_however_u_and_v_are_made(level
     compiled = jax.jit(both, compiler_options={"xla_backend_optimization_level": level})
     found, _ = compiled(np.einsum("nij,nj->ni", np.linalg.pinv(axes), uv), axes)
     np.testing.assert_allclose(found, pixels[i, j], rtol=1e-9)
+
+
+@pytest.mark.parametrize("radius", [1e-7, 1e-6, 1e6, 6.4e6])
+def test_normal_maps_lean_alike_in_every_unit(radius):
+    def leaning(radius, dtype):
+        ball = jax.tree.map(lambda a: a[0].astype(dtype), sphere((0.0, 0.0, 0.0), radius))
+        slopes = normal_map_slopes(
+            lambda uv: jnp.append(0.3 + jnp.sin(uv), jnp.asarray(0.9, dtype)),
+            lambda x: shape_uv(ball, x),
+            lambda x: x / radius,
+        )
+        x = jnp.asarray(np.array([0.6, 0.48, 0.64]) * radius, dtype)
+        a, da = jax.jvp(slopes, (x,), (jnp.asarray([-0.48, 0.6, 0.0], dtype),))
+        return np.append(a, radius * np.asarray(da))
+
+    single, double = leaning(radius, jnp.float32), leaning(1.0, jnp.float64)
+    np.testing.assert_allclose(single, double, rtol=0.0, atol=1e-5)

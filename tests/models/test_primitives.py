@@ -212,3 +212,8 @@ def test_a_quadrangle_is_cut_in_two_that_turn_as_it_does():
 def test_a_height_that_is_one_number_for_all_places_is_refused(made):
     with pytest.raises(ValueError, match=r"^Argument `height` must give one number for each of"):
         made(height=lambda places: 0.1)
+
+
+def test_the_middle_of_a_ground_has_two_coordinates():
+    with pytest.raises(ValueError, match="`center` must have shape"):
+        displaced_ground(center=3.0)

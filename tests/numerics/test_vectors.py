@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from firstorder.numerics import _vectors as vectors
+from firstorder.numerics import norm
 
 A, B = np.random.default_rng(1).normal(size=(2, 7, 3))
 M = np.random.default_rng(2).normal(size=(7, 3, 3))
@@ -77,3 +78,7 @@ def test_many_rays_from_one_point_in_the_frames_of_several_shapes():
 
     truth = np.einsum("kij,kj->ki", M, p - center)
     np.testing.assert_allclose(turned(M, center, p), np.broadcast_to(truth, (1000, 3, 3)))
+
+
+def test_the_length_of_nan_is_nan():
+    assert np.isnan(norm(jnp.array([jnp.nan, 3.0, 4.0])))

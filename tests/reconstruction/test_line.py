@@ -343,3 +343,16 @@ def test_values_are_those_of_their_places_however_short_and_far_the_line():
     at = np.float32(1000.005)
     assert broken.value[broken.x == at].tolist() == [1.0, 2.0]
     assert np.array_equal(broken.value[broken.x != at], 1.0 + (broken.x[broken.x != at] > at))
+
+
+@pytest.mark.parametrize("far", [0.0, 1e4])
+def test_far_from_zero_samples_stand_where_they_matter_in_single_precision(far):
+    def ramp(x):
+        t = jnp.tanh(30.0 * (x - far - 0.8))
+        return t, 30.0 * (1.0 - t * t)
+
+    low, high, none = jnp.float32(far), jnp.float32(far + 1.0), jnp.zeros(0, jnp.float32)
+    line = sample_line(ramp, low, high, 60, line_by_gradient, breaks=none)
+    assert line.x.dtype == jnp.float32
+    assert np.unique(line.x).size == 60
+    assert np.mean(np.asarray(line.x) > far + 0.5) > 0.8

@@ -226,7 +226,7 @@ def test_what_hides_a_node_does_so_on_the_way_to_it(name):
     nodes = light_frame(light, jnp.asarray(x), jnp.asarray(up))
     share = np.full((1, 16), np.inf)
     share[0, :3] = 0.25, 0.999, 3.0
-    seen, depth = programs._occlusion(nodes, jnp.asarray(share))
+    seen, depth = programs._occlusion(nodes, jnp.asarray(share), jnp.asarray(x))
     way = np.asarray(light.toward(jnp.asarray(x[0]))[0])
     if name == "near":  # what is behind a lamp hides nothing; depths are shares
         true, hidden = [0.25, 0.999], 2

@@ -16,7 +16,9 @@ from firstorder.models.primitives import bumpy_sphere, displaced_ground, place_m
 from firstorder.rendering._shadow_edges import beside_seen
 from firstorder.rendering.renderer import Renderer, World
 from firstorder.space import Scene, plane, primitive, sphere
+from firstorder.space.meshes import mesh
 from firstorder.space.skies import ConstantSky, GaussianSky
+from tests import drawn_lamp
 
 MATTER = dict(albedo=0.5, specular=0.2, exponent=20.0)
 FLOOR = primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), albedo=0.6)
@@ -273,3 +275,39 @@ def test_a_place_that_is_nan_is_no_pixel_of_the_sky(shapes, ask):
 def test_normals_are_given_for_each_model():
     with pytest.raises(ValueError, match=r"`normals` must have one entry for each of 1"):
         Renderer(meshed(1)._replace(normals=(None, None)))
+
+
+def test_shapes_do_not_hide_the_lamp_that_is_drawn_on_them():
+    floor = primitive(drawn_lamp.board(0.0, 5.0), albedo=0.5)
+    ceiling = primitive(drawn_lamp.board(1.0, 5.0, up=False))
+    lamp = drawn_lamp.LAMP
+    lamp = Lamp(lamp.center + 0.3 * drawn_lamp.Q[:, 2], lamp.u, lamp.v, 1.0, 8, True)
+    lit, alone = (
+        Renderer(World(drawn_lamp.CAMERA, scene, lamps=(lamp,))).pixels(drawn_lamp.PLACES)[0].value
+        for scene in (Scene.of(floor, ceiling), Scene.of(floor))
+    )
+    assert np.all(alone > 0.0)
+    np.testing.assert_allclose(lit, alone, rtol=1e-9)
+
+
+def test_meshes_do_not_hide_the_lamp_that_is_drawn_on_them():
+    def card(z):
+        corners = drawn_lamp.corners(z, 3.0)
+        return MeshModel(mesh(corners, [[0, 1, 2], [0, 2, 3]]), "card", {"albedo": 0.5})
+
+    models = card(0.0), card(drawn_lamp.HEIGHT)
+    room, alone = (
+        Renderer(World(drawn_lamp.CAMERA, None, some, (drawn_lamp.LAMP,)))
+        for some in (models, models[:1])
+    )
+    p = drawn_lamp.PLACES
+    expected = alone.pixels(p)[0].value
+    assert np.all(expected > 0.0)
+    # Shadow rays end a little before the lamp, and not on the nodes.
+    np.testing.assert_allclose(room.pixels(p)[0].value, expected, rtol=1e-3)
+    np.testing.assert_allclose(room.radiance(p).value, expected, rtol=1e-3)
+    p = np.meshgrid(np.linspace(-0.15, 0.3, 40), np.linspace(0.2, 0.45, 40))
+    p = np.stack(p, -1).reshape(-1, 2)
+    shown = alone.seen(p).index == 1
+    assert np.sum(shown) > 100
+    np.testing.assert_array_equal(room.seen(p).index == 2, shown)

@@ -154,3 +154,17 @@ def test_a_name_of_several_shapes_and_no_strata_are_refused():
         share_shadow_rays(both, CAMERA, LAMP, hits, "ball")
     with pytest.raises(ValueError, match=r"`strata` must be a positive integer, but is 0\."):
         shared(strata=0)
+
+
+def test_places_that_are_not_below_the_lamp_are_dark():
+    wall = space.primitive(space.rectangle((0.0, 1.5, 1.0), (1.5, 0.0, 0.0), (0.0, 0.0, 1.0)))
+    scene, lamp = space.Scene.of(FLOOR, wall), imaging.Lamp((0, 0, 1), (0, 0.2, 0), (0.2, 0, 0))
+    eye = imaging.pinhole((0.0, -4.0, 1.0), (0.0, 0.0, 0.8), gamma=1.5)
+    hits = imaging.primary_hits(scene, eye, (16, 12))
+    made = share_shadow_rays(scene, eye, lamp, hits, "floor", rays_per_pixel=2.0)
+    above = (hits.position[..., 2] >= 1.0) & (hits.index >= 0)
+    assert np.any(above)
+    np.testing.assert_array_equal(made.reference(4, 7)[above], 0.0)
+    p = np.argwhere(above) + 0.5
+    for found in (made.shade(p).value, made.shade(p).gradient, made.expected_error(p)):
+        np.testing.assert_array_equal(found, 0.0)

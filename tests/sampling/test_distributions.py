@@ -222,3 +222,16 @@ def test_an_interval_has_one_start_and_one_end():
         words = rf"^Argument `{name}` must be one number, but has shape \(2,\)|violates type hint"
         with pytest.raises((ValueError, TypeError), match=words):
             PiecewiseConstant([1.0, 2.0], *ends)
+
+
+@pytest.mark.parametrize("exponent", [1e5, 1e7, 1e9])
+def test_a_sharp_lobe_keeps_its_digits_in_single_precision(exponent):
+    u, v = np.random.default_rng(0).uniform(size=(2, 200)).astype(np.float32)
+    sharp, truth = (
+        CosinePowerLobe(np.asarray(exponent, t), np.asarray(0.0, t)) for t in (np.float32, float)
+    )
+    ours, wide = sharp.sample(u, v), truth.sample(u.astype(float), v.astype(float))
+    assert ours.dtype == np.float32
+    np.testing.assert_allclose(ours * exponent**0.5, wide * exponent**0.5, rtol=0.0, atol=1e-5)
+    a = np.float32(2.0 * exponent**-0.5)
+    np.testing.assert_allclose(sharp.density(a), truth.density(float(a)), rtol=1e-5)

@@ -237,3 +237,11 @@ def test_faults_of_a_term_are_noticed(d, fault, monkeypatch):
     errors = derived.brute_force(1, d), derived.brute_force(2, d)
     assert all(np.isfinite(errors))
     assert max(errors) > 1e-2
+
+
+@pytest.mark.parametrize("which", range(4))
+def test_nan_is_not_taken_for_what_is_not_seen(which):
+    up = jnp.array([0.0, 0.0, 1.0])
+    given = [0.0 * up, up, 2.0 * up, -up]
+    given[which] = given[which] * jnp.nan
+    assert np.isnan(geometry_jet(*given).value)

@@ -1,6 +1,8 @@
+import inspect
 import operator
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -14,17 +16,24 @@ from firstorder.fields import (
     Grid,
     Spectrum,
     discrete_transform,
+    gaussian,
     half_plane,
 )
 from firstorder.transport import (
+    AngularFactor,
+    Bump,
     Chain,
+    Cosine,
     Curvature,
+    Fresnel,
     Mirror,
     Occlusion,
     Path,
+    ToSlope,
     Travel,
     half_plane_blocker,
     require_frame,
+    wave,
 )
 from firstorder.transport.events.diffuse import diffuse
 from firstorder.transport.events.incidence import Incidence, Outgoing
@@ -192,3 +201,22 @@ def test_a_chain_goes_on_with_events_alone(other):
     for begun in (Chain((Travel(1.0),)), Path(light(FLATLAND_SLOPE)), Travel(1.0)):
         with pytest.raises(TypeError):
             operator.rshift(begun, other)
+
+
+WHOLE = [ToSlope(), Travel(0.7), Bump(wave(0.25, 0.2)), Cosine(), AngularFactor(Fresnel(1.5))]
+
+
+@pytest.mark.parametrize("event", WHOLE)
+@pytest.mark.parametrize("ask", [lambda f: f.jet, lambda f: jax.jit(f.jet)])
+def test_whole_numbers_are_rays(event, ask):
+    f = event(gaussian((0.3, 0.1), (1.0, 0.9)))
+    ours, truth = ask(f)(jnp.array([1, 1])), f.jets(1.0, 1.0)
+    for a, b in zip(jax.tree.leaves(ours), jax.tree.leaves(truth), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-12)
+
+
+def test_a_jet_is_pushed_at_whole_numbers():
+    jet = gaussian((0.3, 0.1), (1.0, 0.9)).jet([0.9, 0.7])
+    push = inspect.unwrap(ToSlope.push)  # as a user has it: annotations want floats
+    ours, truth = (push(ToSlope(), jet, u).gradient for u in (jnp.array([1, 1]), jnp.ones(2)))
+    np.testing.assert_array_equal(ours, truth)

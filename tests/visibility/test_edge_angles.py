@@ -14,6 +14,7 @@ from firstorder.visibility import (
     circle_edge_angle,
     edge_at,
     point_edge_angle,
+    visible_edges,
 )
 
 ANGLES = st.floats(-1.3, 1.3)
@@ -216,3 +217,24 @@ def test_single_precision_is_kept():
         assert {leaf.dtype.name for leaf in jax.tree.leaves(a)} == {"float32"}
     truth = circle_edge_angle((0.3, 1.4), 0.5).along().second
     np.testing.assert_allclose(a.along().second, truth, rtol=1e-5)
+
+
+def test_only_an_edge_by_all_motions_follows_a_curve():
+    low = point_edge_angle(jnp.array([[1.0, 2.0]]))
+    high = point_edge_angle(jnp.array([[-1.0, 2.0]]), side=-1.0)
+    for edge in (low.along(0.5), visible_edges(low, high).edges):
+        with pytest.raises(ValueError, match="all three motions"):
+            edge.along(0.5)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda: point_edge_angle((3.0,)),
+        lambda: point_edge_angle((1.0, 2.0), position=0.5),
+        lambda: circle_edge_angle((0.0, 1.0, 2.0), 0.1),
+    ],
+)
+def test_points_of_the_plane_have_two_coordinates(ask):
+    with pytest.raises(ValueError, match="must have two coordinates"):
+        ask()

@@ -250,3 +250,9 @@ def test_a_fault_is_noticed(monkeypatch, name, wrong):
     found = np.max(limb_errors()[1])
     assert np.isfinite(found)
     assert found > 100.0 * BOUND
+
+
+@pytest.mark.parametrize("ask", [contour_elevation, crease_elevation, crease_elevation_hessian])
+def test_a_point_of_the_plane_is_none_of_space(ask):
+    with pytest.raises(ValueError, match="three coordinates"):
+        ask((1.0, 1.0), (0.0, 1.0, 0.0))

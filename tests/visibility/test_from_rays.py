@@ -269,3 +269,8 @@ def test_a_fault_in_the_limb_is_seen(fault):
     assert np.isfinite(distance)
     error = abs(distance / exact()[0].distance[0] - 1.0)
     assert error < 1e-9 if fault == "none" else error > 1e-4
+
+
+def test_angles_that_fall_are_refused():
+    with pytest.raises(ValueError, match="angles"):
+        bracket_edges(lambda a: jnp.abs(a) < 0.3, jnp.linspace(1.0, -1.0, 20), size=2)

@@ -1,5 +1,7 @@
 """Merged blockers against a plain loop over sorted intervals, and the laws of a union."""
 
+import inspect
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -258,3 +260,12 @@ def test_a_fault_in_the_masks_is_seen(fault, monkeypatch):
     assert error() < 1e-14
     monkeypatch.setattr(intervals, "exposed_ends", fault)
     assert error() > 1e-3
+
+
+@pytest.mark.parametrize("f", [clip_intervals, visible_gaps, visible_measure])
+def test_whole_numbers_are_angles(f):
+    ask = inspect.unwrap(f)  # as a user has it: annotations, which are checked here, want floats
+    low, high = np.array([0, 1]), np.array([1, 2])
+    whole, truth = ask(low, high), ask(low * 1.0, high * 1.0)
+    for a, b in zip(jax.tree.leaves(whole), jax.tree.leaves(truth), strict=True):
+        np.testing.assert_array_equal(a, b)

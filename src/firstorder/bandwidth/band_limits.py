@@ -170,6 +170,7 @@ class BandLimit(Module):
         only make the answer larger.
         """
         direction = as_float(direction)
+        check_shape("direction", direction, (self.frame.dims,))
         q, m = self.rows.shape
         products = self.generators * direction[:, None]
         target, size = (

@@ -16,7 +16,9 @@ from firstorder._argument_checks import (
     check_between,
     check_finite,
     check_not_negative,
+    check_one,
     check_positive,
+    check_shape,
     nan_unless,
 )
 from firstorder.bandwidth._spectral_norm import reach, spectral_norm
@@ -157,9 +159,13 @@ def glossy_bandwidth_in_space(
         >>> glossy_bandwidth_in_space(1.0, 3.0, -jnp.eye(2) / 2.0, 1.0).item()
         4.0
     """
+    S = as_float(S)
+    check_shape("S", S, (2, 2))
+    for name, number in (("cutoff", cutoff), ("d", d), ("cos_view", cos_view)):
+        check_one(name, number)
     c, shear = _footprint(d, cos_view)
     valid = c & _bands(S, "S", cutoff=cutoff)
-    S, cos = as_float(S), as_float(cos_view)
+    cos = as_float(cos_view)
     stretch = jnp.stack([jnp.ones_like(cos), cos])
     turn = 2.0 * shear * S * stretch * stretch[:, None]
     J = jnp.eye(2, dtype=turn.dtype) - turn

@@ -273,7 +273,7 @@ def blocker_distance(
 def radians_per_pixel(camera: Pinhole, p: ArrayLike, side: RealLike) -> Float[Array, "*n"]:
     """Square root of a pixel's solid angle: `side gamma^(1/2) / (gamma^2 + p^2)^(3/4)` [rad].
 
-    Times cycles per radian it gives cycles per pixel; off the axis a pixel is wider along the
+    Times cycles per radian it gives cycles per pixel; off the axis a pixel is narrower along the
     radius than across it, by `sqrt(1 + p^2 / gamma^2)`.
 
     Args:

@@ -32,7 +32,7 @@ def of_ray(method: Callable) -> Callable:
     def checked(self, u, *more, **named):
         if isinstance(u, Tracer):
             _check_ray(self, u)
-            return method(self, u, *more, **named)
+            return method(self, as_float(u), *more, **named)
         return _called(method, self, _ray(self, u), *more, **named)
 
     return checked
@@ -46,7 +46,7 @@ def _called(method: Callable, *args, **named):
 def _ray(field, u) -> Ray:
     """A concrete ray as an array of its own, or one sentence."""
     try:
-        ray = u if isinstance(u, jax.Array) else as_float(u)
+        ray = as_float(u)
     except (TypeError, ValueError):
         raise TypeError(
             f"Argument `u` of {type(field).__name__} must be one ray, the numbers "

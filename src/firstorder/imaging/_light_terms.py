@@ -210,8 +210,8 @@ def light_terms(
     Args:
         light: the light.
         at: points, all leaves with a leading axis.
-        seen: whether each node is seen from each; None if all are. What is below a surface is
-            hidden by it, whatever is given.
+        seen: whether each node is seen from each; None if all are, those below the surface
+            too. Else what is below it is hidden by it, whatever is given.
         depth: where the others are hidden, as `_point_shading.node_occlusion` gives it.
 
     Returns:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from firstorder._display import Module
 from firstorder.imaging._area_lights import LobeRadiance, lobe_radiance, shadow_edge_terms
@@ -52,15 +52,16 @@ class ShadedPixels(Module):
 OF_SHADED = (-1, -2, -2, -2, -2, None, -2, None, None, None)
 
 
-def node_occlusion(t: Array, far: Array, near: bool) -> tuple[Array, Array]:
+def node_occlusion(t: Array, far: Array, near: bool, slack: ArrayLike = 0.0) -> tuple[Array, Array]:
     """Whether nodes are seen, and where they are not: depths as `shadow_edge_terms` has them.
 
     Args:
         t: what stands before the nodes, infinity where nothing does [m].
         far: of the nodes; of distant light it does not count [m].
         near: whether the light is.
+        slack: how close to a near light nothing hides it [m].
     """
-    hidden = t < (far if near else jnp.inf)
+    hidden = t < (far - slack if near else jnp.inf)
     return ~hidden, jnp.where(hidden, t / far if near else t, 0.0)
 
 
@@ -75,9 +76,10 @@ def shade_point(
         at: the point, its lobes, the camera's ray.
         lamps: the light.
         shadows: for each lamp which nodes are seen, and where the others are hidden, as
-            `_shadow_rays` gives it; None if nothing is. What is below the surface on which the
-            point lies is hidden by it, whatever is given here and wherever the shading normal
-            leans; that this horizon turns where the surface curves is not in the gradient.
+            `_shadow_rays` gives it; None if nothing is hidden, by the surface itself neither. Else
+            what is below the surface on which the point lies is hidden by it, whatever is given
+            here and wherever the shading normal leans; that this horizon turns where the surface
+            curves is not in the gradient.
 
     Reference: R07 §5.2-5.3, eqs. 25-27, in space.
     """

@@ -36,7 +36,7 @@ from firstorder.fields.spectrum import Grid
 from firstorder.fields.spline import Spline
 from firstorder.imaging._bumps import NormalMap
 from firstorder.numerics._select import whole_below
-from firstorder.numerics._vectors import cross, dot, unit
+from firstorder.numerics._vectors import cross, dot, near_one, unit
 from firstorder.scene._bands import by_band
 from firstorder.space.shapes.kinds import Boxes, Cylinders, Ellipsoids, Planes, Shape, Triangles
 from firstorder.typing import Scalar, as_float
@@ -336,7 +336,7 @@ def normal_map_slopes(
 
     def slopes(x):
         J, base = jax.jacfwd(uv)(x), up(x)
-        along_u, along_v = J - (J @ base)[:, None] * base
+        along_u, along_v = near_one(J - (J @ base)[:, None] * base)  # lengths do not matter
         n = cross(along_u, along_v)
         least = jnp.finfo(x.dtype).eps * dot(along_u, along_u) * dot(along_v, along_v)
         n = jnp.where(dot(n, n) > least, n, 0.0)

@@ -86,7 +86,7 @@ def fern(
         fronds: how many stalks.
         pairs: of leaflets on each.
         seed: of all that is random.
-        height: scale of the stalks: the tops of their arches reach 0.67 of it in the median, the
+        height: scale of the stalks: the tops of their arches reach 0.64 of it in the median, the
             highest one 0.82 to 0.87 (six seeds) [m].
         leaf: length of the longest leaflets [m].
         sides: of a stalk.

@@ -244,7 +244,7 @@ def displaced_ground(
         center: of the square [m], shape (2,).
 
     Raises:
-        ValueError: if `height` is not finite somewhere.
+        ValueError: if `height` is not finite somewhere, or `center` has not two coordinates.
 
     Example:
         >>> from firstorder.models import displaced_ground
@@ -254,6 +254,7 @@ def displaced_ground(
     """
     check_positive("half", half)
     check_count("cells", cells)
+    check_shape("center", np.asarray(center, float), (2,))
     x = np.linspace(-half, half, cells + 1)
     p = np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2) + np.asarray(center, float)
     z = np.zeros(len(p)) if height is None else _heights(height, p)

@@ -97,8 +97,8 @@ def norm(a: Vectors) -> Numbers:
         [5.0, 0.0]
     """
     square = dot(a, a)
-    there = square > 0.0
-    return either(there, jnp.sqrt(either(there, square, 1.0)), 0.0)
+    none = square <= 0.0
+    return either(none, 0.0, jnp.sqrt(either(none, 1.0, square)))
 
 
 def unit(a: Vectors) -> Vectors:

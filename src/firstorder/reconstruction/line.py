@@ -351,7 +351,8 @@ def _run(function, driver, ends, initial: int, budget: int, sizes, widest: int):
         length = x[b] - x[a]
         w = jax.vmap(driver)(LineCell(length, data[a], data[b]))
         last = jnp.finfo(data.dtype).min  # below all that a driver says, above what is no cell
-        return jnp.where(jnp.isfinite(w) & (length > 2.0 * hair), w, last)
+        wide = length > 0.0625 * hair  # four roundings of the ends
+        return jnp.where(jnp.isfinite(w) & wide, w, last)
 
     def known(x):
         return jax.vmap(lambda s: jnp.stack([as_float(v) for v in function(s)]))(x)

@@ -41,6 +41,12 @@ STRETCH = 1 << 24  # nodes of all pixels for whose shadows' edges are kept
 OFF = 1e-5
 
 
+def before_lamp(light: SampledLight, off: float) -> Float[np.ndarray, "k 3"]:
+    """Steps from a near lamp's nodes to just before it: a face may be where it is drawn [m]."""
+    area = np.asarray(light.toward(jnp.zeros(3))[1])
+    return off * area / np.linalg.norm(area, axis=1, keepdims=True)
+
+
 @dataclasses.dataclass(frozen=True)
 class PixelRadiance:
     """Radiance of pixels, its image gradient, and what they show.
@@ -129,6 +135,10 @@ class MeshLight:
         self.look, self.embree, self.lights = look, embree, tuple(lights)
         self._ways = [np.asarray(one.toward(jnp.zeros(3))[0]) for one in self.lights]
         self._off = OFF * embree.mesh.size
+        self._ends = [
+            way + before_lamp(one, self._off) if one.near else way
+            for one, way in zip(self.lights, self._ways, strict=True)
+        ]
 
     def pixels(self, fixed: tuple, rows: tuple, x, up, gradients: bool) -> tuple[np.ndarray, ...]:
         """Radiance of pixels, and its gradient if that is wanted.
@@ -174,7 +184,7 @@ class MeshLight:
     def _seen(self, start: np.ndarray, k: int, size: int) -> Bool[np.ndarray, "n k"]:
         """Visibility of a light's nodes; of what fills the block up, none."""
         reach = 1.0 if self.lights[k].near else np.inf
-        hidden = self.embree.fan_occluded(start, self._ways[k], reach)
+        hidden = self.embree.fan_occluded(start, self._ends[k], reach)
         seen = np.zeros((size, hidden.shape[1]), bool)
         np.logical_not(hidden, seen[: len(hidden)])
         return seen

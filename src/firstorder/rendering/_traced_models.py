@@ -14,7 +14,7 @@ from firstorder.imaging._light_terms import Light
 from firstorder.imaging.facets import mesh_facets
 from firstorder.io.meshes import Embree
 from firstorder.io.scenes.space_toml import MeshModel
-from firstorder.rendering._pixel_radiance import OFF
+from firstorder.rendering._pixel_radiance import OFF, before_lamp
 from firstorder.rendering._shadow_edges import beside_seen
 from firstorder.space.meshes.triangle_mesh import mesh
 
@@ -93,7 +93,9 @@ class TracedModels:
         row, node = np.nonzero(lit)
         start, along = x[row] + OFF * self._size * up[row], way[row, node]
         far = np.sqrt(np.sum(along**2, -1))
-        if not light.near:
+        if light.near:
+            along = along + x[row] + before_lamp(light, OFF * self._size)[node] - start
+        else:
             beyond = np.linalg.norm(x - self._middle, axis=1) + self._size
             along = along * (beyond[row] / far)[:, None]
         met = self.embree.between(start, start + along)

@@ -38,6 +38,7 @@ from firstorder.rendering._pixel_radiance import MeshLight, PixelRadiance
 from firstorder.rendering._traced_models import TracedModels
 from firstorder.scene._arguments import check_kind
 from firstorder.scene._bands import bands_of
+from firstorder.scene._intersect import tie
 from firstorder.scene._primitives import joined
 from firstorder.space.primitives import Material, primitive
 from firstorder.space.scene import Scene
@@ -191,9 +192,9 @@ class Renderer:
         eye = np.asarray(world.camera.eye)
         d = host_blocks(lambda q: programs.directions(world.camera, q), p, RAYS)
 
-        def closer(scene, first):
+        def closer(scene, first, ahead=1.0):
             far, number = host_blocks(lambda w: programs.met(scene, eye, w), d, RAYS)
-            here = far < t
+            here = far < ahead * t
             index[here], t[here] = number[here] + first, far[here]
 
         if world.scene is not None:
@@ -204,7 +205,8 @@ class Renderer:
             face[here], t[here], index[here] = met[here], far[here], number[here]
         if self._lamps is not None:
             before = index.copy()
-            closer(self._lamps, self._first_lamp)
+            # One that is drawn on a wall is seen, and not the wall.
+            closer(self._lamps, self._first_lamp, 1.0 + tie(d.dtype))
             face[index != before] = -1
         return TileHits(index, face, t)
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from firstorder._argument_checks import check_count, check_finite, check_positive
 from firstorder._display import in_print
@@ -40,6 +40,7 @@ from firstorder.shadowfield import (
     sheared_shadow,
     trace_shadow_rays,
 )
+from firstorder.shadowfield.rendering import below
 from firstorder.space.scene import Scene
 
 BLOCK = 1024  # places at a time
@@ -124,7 +125,7 @@ class SharedShadows(NamedTuple):
     def visible(self, hits: PrimaryHits) -> tuple[Numbers, Places]:
         """Share of the lamp that is seen, and how it changes from pixel to pixel."""
         share, moved = self._own(hits), np.zeros((len(hits.index), 2))
-        some = np.asarray(hits.index) == self.on
+        some = self._shared(hits)
         if np.any(some):
             at, moves = np.asarray(hits.position)[some], self._moves(hits, some)
             steps = 0.5 * np.array([(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)])
@@ -133,7 +134,9 @@ class SharedShadows(NamedTuple):
             found = sheared_shadow(
                 self.frame, self.table, beside.reshape(-1, 3), self.Omega_y, self.pixel, own
             )
-            share[some], left, right, low, high = found.visible.reshape(len(steps), -1)
+            # Half a pixel from what is below the lamp there may be what is not.
+            seen = np.where(below(self.frame, beside.reshape(-1, 3)), found.visible, 0.0)
+            share[some], left, right, low, high = seen.reshape(len(steps), -1)
             moved[some] = np.stack([right - left, high - low], -1)
         return share, moved
 
@@ -165,7 +168,7 @@ class SharedShadows(NamedTuple):
             p: places all over the image: neighbours have a say in each other's error.
         """
         hits, columns = self.seen(p), max(self.hits.index.shape)
-        own, some = self._own(hits), np.asarray(hits.index) == self.on
+        own, some = self._own(hits), self._shared(hits)
         error = np.sqrt(own * (1.0 - own)) / self.strata
         if np.any(some):
             column, row = np.minimum(p[some].astype(int), np.array(self.hits.index.shape) - 1).T
@@ -208,12 +211,19 @@ class SharedShadows(NamedTuple):
         return (np.asarray(self.unshadowed(flat).value) * share).reshape(self.hits.index.shape)
 
     def _own(self, hits: PrimaryHits) -> Numbers:
-        """Share of the lamp that is seen by rays of each place's own; 0 where nothing is met."""
-        index = np.asarray(hits.index)
-        share, met = np.zeros(len(index)), index >= 0
-        some = np.asarray(hits.position)[met], index[met]
+        """Share of the lamp that is seen by rays of each place's own.
+
+        It is 0 where nothing is met, and where a surface is not below the lamp.
+        """
+        index, at = np.asarray(hits.index), np.asarray(hits.position)
+        share, met = np.zeros(len(index)), (index >= 0) & below(self.frame, at)
+        some = at[met], index[met]
         share[met] = own_visibility(self.scene, self.frame, *some, self.strata, self.seed)
         return share
+
+    def _shared(self, hits: PrimaryHits) -> Bool[np.ndarray, " k"]:
+        """Which places look up the shared rays."""
+        return (np.asarray(hits.index) == self.on) & below(self.frame, np.asarray(hits.position))
 
     def _moves(self, hits: PrimaryHits, some: np.ndarray) -> Float[np.ndarray, "k 3 2"]:
         """Moves of the places that are seen with those in the image [m per pixel]."""

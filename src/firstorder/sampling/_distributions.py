@@ -114,15 +114,21 @@ class CosinePowerLobe(Module):
 
     def density(self, a: ArrayLike) -> Float[Array, "*n"]:
         """Density per radian; zero where it is more than pi/2 from the centre."""
-        c, e = jnp.cos(as_float(a) - self.center), not_negative(self.exponent)
-        return lobe_power(c, e) / lobe_area(e)
+        t, e = as_float(a) - self.center, not_negative(self.exponent)
+        c, square = jnp.cos(t), jnp.sin(t) ** 2
+        # A rounded cosine near 1, to a high power, would be far off: its logarithm is not.
+        near = (c > 0.0) & (square < 0.5)
+        power = jnp.exp(0.5 * e * jnp.log1p(-jnp.where(near, square, 0.0)))
+        return jnp.where(near, power, lobe_power(jnp.where(near, 1.0, c), e)) / lobe_area(e)
 
 
 def lobe_sine(e: Float[Array, "*#n"], u: Float[Array, "*#n"], v: Float[Array, "*#n"]) -> Array:
     """The sine of a direction drawn by `cos^e` of its angle."""
     flat = e <= 0.0
-    power = jnp.where(flat, 0.0, u ** (2.0 / jnp.where(flat, 1.0, e)))
-    return safe_sqrt(1.0 - power) * jnp.cos(2.0 * jnp.pi * v)
+    log = jnp.log(jnp.where(u > 0.0, u, 1.0))
+    # 1 - u^(2 / e), of which a sharp lobe would leave no digit.
+    square = jnp.where(flat | (u <= 0.0), 1.0, -jnp.expm1(2.0 * log / jnp.where(flat, 1.0, e)))
+    return safe_sqrt(square) * jnp.cos(2.0 * jnp.pi * v)
 
 
 def lobe_power(cosine: Float[Array, "*#n"], e: Float[Array, "*#n"]) -> Array:

@@ -54,11 +54,11 @@ def facing(x: Points, normal_x: Points, y: Points, normal_y: Points) -> Facing:
     x, normal_x, y, normal_y = map(as_float, (x, normal_x, y, normal_y))
     p = y - x
     r2 = jnp.sum(p * p, -1)
-    apart = r2 > 0.0
+    apart = ~(r2 <= 0.0)  # asked so that NaN is not taken for it, nor below
     r = jnp.sqrt(jnp.where(apart, r2, 1.0))  # not 0: the root has no derivative there
     u = p / r[..., None]
     cos_x, cos_y = jnp.sum(normal_x * u, -1), -jnp.sum(normal_y * u, -1)
-    return Facing(r, u, cos_x, cos_y, apart & (cos_x > 0.0) & (cos_y > 0.0))
+    return Facing(r, u, cos_x, cos_y, apart & ~(cos_x <= 0.0) & ~(cos_y <= 0.0))
 
 
 def geometry_term(x: Points, normal_x: Points, y: Points, normal_y: Points) -> Values:

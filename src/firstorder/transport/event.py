@@ -18,7 +18,7 @@ from firstorder.fields.spectrum import Grid, Spectrum
 from firstorder.fields.wavelet import Wavelet
 from firstorder.laws.base import Law, Portrait
 from firstorder.laws.warp import Warp
-from firstorder.typing import Ray
+from firstorder.typing import Ray, as_float
 
 
 class Event(Module):
@@ -43,7 +43,7 @@ class Event(Module):
 
     def push(self, jet: Jet, u: Ray) -> Jet:
         """Jet after the event at the ray `u`, from the numbers before it."""
-        return self.law(jet.frame).push(jet, u)
+        return self.law(jet.frame).push(jet, as_float(u))
 
     def __rshift__(self, other: Event | Chain) -> Chain:
         """`event >> event`: a chain, to be met by light later."""

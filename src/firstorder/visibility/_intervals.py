@@ -22,6 +22,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from firstorder.typing import as_float
+
 HORIZON = (-0.5 * np.pi, 0.5 * np.pi)
 
 Ends = Float[Array, "*b n"]
@@ -43,6 +45,7 @@ def clip_intervals(
         >>> print(low, high)
         [0.5 0. ] [1.5707964 0.       ]
     """
+    low, high = as_float(low), as_float(high)
     start, end = (jnp.asarray(h, low.dtype) for h in horizon)
     real = (high > low) & (high > start) & (low < end)
     low, high = jnp.where(real, low, 0.0), jnp.where(real, high, 0.0)
@@ -183,6 +186,7 @@ def visible_measure(
         >>> print(round(float(visible_measure(jnp.array([0.0]), jnp.array([2.0]), jnp.sin)), 6))
         1.0
     """
+    low, high = as_float(low), as_float(high)
     start, end = (primitive(jnp.asarray(h, low.dtype)) for h in horizon)
     return end - start - blocked_measure(low, high, primitive, horizon)
 
@@ -223,6 +227,7 @@ def visible_gaps(
         >>> start.tolist(), stop.tolist()
         ([-1.0, 0.5], [0.0, 1.0])
     """
+    low, high = as_float(low), as_float(high)
     first, last = (jnp.asarray(h, low.dtype) for h in horizon)
     low, high = clip_intervals(low, high, horizon)
     at_low, at_high = exposed_ends(low, high)

@@ -16,7 +16,13 @@ from typing import TypeAlias
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_finite, check_not_negative, check_positive, nan_unless
+from firstorder._argument_checks import (
+    check_coordinates,
+    check_finite,
+    check_not_negative,
+    check_positive,
+    nan_unless,
+)
 from firstorder._display import Module
 from firstorder.typing import as_float
 
@@ -63,9 +69,15 @@ class EdgeAngle(Module):
             kappa_x: its derivative along the receiver [rad/m^2].
 
         Raises:
-            ValueError: if a number is not finite.
+            ValueError: if a number is not finite, or the derivatives are not by all three motions
+                of the receiver, as those along a curve are not.
         """
         _checked(kappa=kappa, kappa_x=kappa_x)
+        if self.gradient.shape[-1] != 3:
+            raise ValueError(
+                f"There are derivatives by {self.gradient.shape[-1]} freedoms: only an edge by "
+                "all three motions of the receiver can follow a curve."
+            )
         k, change, g, H = as_float(kappa), as_float(kappa_x), self.gradient, self.hessian
         first = g[..., 0] + k * g[..., 2]
         turned = 2.0 * k * H[..., 0, 2] + k**2 * H[..., 2, 2]
@@ -165,7 +177,8 @@ def point_edge_angle(
         side: +1 if the blocker covers angles above alpha (R07's sgn), -1 if below.
 
     Raises:
-        ValueError: if a number is not finite or a radius is negative.
+        ValueError: if a number is not finite, a point has not two coordinates, or a radius is
+            negative.
 
     Reference: R07 §6.2, eq. 36 and App. D; the second derivative is ours.
 
@@ -176,6 +189,9 @@ def point_edge_angle(
         0.7854 0.25
     """
     _checked(point=point, position=position, n=n)
+    point, position = as_float(point), as_float(position)
+    check_coordinates("point", point, 2)
+    check_coordinates("position", position, 2)
     check_not_negative("radius", radius)
     side, radius = as_float(side), as_float(radius)
     across, up, D, there = _local(point, position, n)
@@ -204,7 +220,8 @@ def circle_edge_angle(
         n: angle of the receiver's normal [rad].
 
     Raises:
-        ValueError: if a number is not finite or a radius is not positive.
+        ValueError: if a number is not finite, a point has not two coordinates, or a radius is not
+            positive.
 
     Reference: R07 App. D.
 
@@ -215,6 +232,9 @@ def circle_edge_angle(
         -0.5236 0.5236
     """
     _checked(center=center, position=position, n=n)
+    center, position = as_float(center), as_float(position)
+    check_coordinates("center", center, 2)
+    check_coordinates("position", position, 2)
     check_positive("radius", radius)
     r, side = as_float(radius), as_float(side)
     w = as_float(center) - as_float(position)

@@ -22,7 +22,7 @@ from typing import TypeAlias
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from firstorder._argument_checks import check_finite, nan_unless
+from firstorder._argument_checks import check_coordinates, check_finite, nan_unless
 from firstorder._display import Module
 from firstorder.conventions import azimuth_axes, cylindrical
 from firstorder.typing import as_float
@@ -286,6 +286,7 @@ def _slice(point: Points, phi: ArrayLike | None) -> _Slice:
     if phi is not None:
         check_finite("phi", phi)
     p = as_float(point)
+    check_coordinates("point", p)
     flat2 = p[..., 0] ** 2 + p[..., 1] ** 2
     D2 = flat2 + p[..., 2] ** 2
     there = D2 > 0.0

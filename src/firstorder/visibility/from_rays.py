@@ -95,10 +95,8 @@ def bracket_edges(
         steps: bisections; left out, as many as the precision has bits.
 
     Raises:
-        ValueError: if an angle is not finite, or `size` is no positive integer.
-
-    Raises:
-        ValueError: if `size` is not positive.
+        ValueError: if an angle is not finite or not above the one before, or `size` is no positive
+            integer.
 
     Reference: R07 §6.3, where the edge is the sampled angle itself.
 
@@ -112,6 +110,7 @@ def bracket_edges(
     check_count("size", size)
     check_finite("angles", angles)
     angles = jax.lax.stop_gradient(as_float(angles))
+    check_positive("angles[k + 1] - angles[k]", jnp.diff(angles))
     seen: Bool[Array, " n"] = blocked(angles)
     changes = seen[1:] != seen[:-1]
     count = jnp.sum(changes)

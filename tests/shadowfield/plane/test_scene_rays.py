@@ -117,3 +117,9 @@ def test_blockers_stand_below_the_light():
         depth_range(scene, 0.6)
     with pytest.raises(ValueError, match="`light_height` must be finite"):
         depth_range(scene, np.nan)
+
+
+def test_a_light_beside_its_height_is_refused_far_from_the_origin_too():
+    scene = Scene.of(primitive(Segments((0.5, 1e5 + 0.5), (-0.5, 1e5 + 0.5)), name="light"))
+    with pytest.raises(ValueError, match="light_height"):
+        visible_lengths(scene, np.zeros(1), 1e5, 1.0)

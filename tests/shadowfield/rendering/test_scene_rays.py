@@ -7,6 +7,7 @@ from firstorder.checks.statistics import LEVEL
 from firstorder.shadowfield import lamp_frame, own_visibility, scene_blockers
 from firstorder.shadowfield.rendering import scene_rays
 from firstorder.space import Scene, irradiance, plane, primitive, receiver, rectangle, sphere
+from tests import drawn_lamp
 from tests.samplers import uniform_p_value
 
 FLOOR = primitive(plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), name="floor")
@@ -111,3 +112,16 @@ def test_points_that_no_ray_of_the_lamp_can_reach_have_no_share():
 def test_blockers_are_those_of_a_scene():
     with pytest.raises(TypeError, match=r"`scene` must be a `Scene` of space|violates type hint"):
         scene_blockers(None)  # pyright: ignore[reportArgumentType]
+
+
+def test_what_the_lamp_is_drawn_on_is_no_blocker():
+    ceiling = primitive(drawn_lamp.board(1.0, 3.0))
+    card = primitive(drawn_lamp.board(0.4, 0.5))
+    n = np.random.default_rng(0).random((400, 2))
+    a = np.insert(0.2 * n - 0.1, 2, 0.0, 1) @ drawn_lamp.Q.T
+    b = np.insert(0.4 * n - 0.2, 2, 1.0, 1) @ drawn_lamp.Q.T
+    for share in scene_blockers(Scene.of(ceiling, card))(a, b):
+        np.testing.assert_allclose(share, 0.6)
+    first, last = scene_blockers(Scene.of(ceiling))(a, b)
+    assert np.all(np.isposinf(first))
+    assert np.all(np.isneginf(last))

@@ -161,3 +161,8 @@ def test_what_is_no_patch_is_refused():
         GlossyPatch(jnp.eye(2), 0.1, theta1=2.0)
     with pytest.raises(Refused, match="ToEquator is no move"):
         ComposedMove((ToEquator(),)).law(SPACE_SLOPE)
+
+
+def test_a_mirror_takes_no_albedo():
+    with pytest.raises(ValueError, match="`albedo` of a mirror must be 1"):
+        GlossyPatch(-jnp.eye(2), 0.3, albedo=0.5)

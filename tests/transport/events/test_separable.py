@@ -7,7 +7,7 @@ import pytest
 
 from firstorder.checks.tolerance import normwise
 from firstorder.conventions import FLATLAND_SLOPE, Frame
-from firstorder.fields import GaussianProfile, gaussian
+from firstorder.fields import GaussianProfile, Grid, gaussian
 from firstorder.fields.field import Sum
 from firstorder.numerics._quadrature import gauss_legendre
 from firstorder.transport import AngularFactor, ClampedCosine, Fresnel, Schlick, separable
@@ -101,3 +101,13 @@ def test_a_function_of_an_angle_is_none_of_time():
     light = gaussian((0.0, 0.0), (1.0, 1.0), frame=Frame(("x", "t")))
     with pytest.raises(ValueError, match="AngularFactor needs light in angles"):
         AngularFactor(jnp.cos)(light)
+
+
+@pytest.mark.parametrize(("center", "turns"), [(0.0, 4), (0.0, 7), (100.0, 1)])
+def test_every_turn_of_a_window_is_split(center, turns):
+    def mean(window):
+        found = Schlick(0.04, periodic=True).series(window)
+        return found.coefficients[np.argmin(abs(found.frequencies[:, 1]))]
+
+    wide = Grid.spanning((2, 16 * turns), (1.0, np.pi * turns), (0.0, center))
+    assert abs(mean(wide) - mean(Grid.spanning((2, 16), (1.0, np.pi)))) < 1e-11

@@ -618,3 +618,14 @@ def test_a_crease_of_the_surface_is_an_edge_of_what_it_reflects():
     low, high = (Surface(n, glossy(0.2)).reflect(LIGHT)(0.2, 0.1) for n in (-0.2, 0.3))
     np.testing.assert_allclose(edge.jump(0.2, 0.1), high - low, rtol=1e-10)
     np.testing.assert_allclose(jax.jit(jax.grad(pixel))(0.2), low - high, rtol=1e-10)
+
+
+def test_terms_and_entries_at_whole_numbers():
+    B = Surface(Affine([0.5, 0.0], 0.0), glossy(0.2)).reflect(gaussian((0.0, 0.1), (1.0, 0.4)))
+    one, zero = jnp.array([1]), jnp.array([0])
+    for ours, truth in (
+        (B.terms(1, 0), B.terms(1.0, 0.0)),
+        (B.over(one, zero), B.over(one * 1.0, zero * 1.0)),
+    ):
+        for a, b in zip(jax.tree.leaves(ours), jax.tree.leaves(truth), strict=True):
+            np.testing.assert_allclose(a, b, rtol=1e-12)

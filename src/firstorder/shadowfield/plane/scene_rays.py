@@ -169,7 +169,8 @@ def visible_lengths(
     if is_concrete((scene, light_height)):
         with jax.ensure_compile_time_eval():
             found = np.asarray(_heights(scene.groups, 2))[_only(scene, "light")]
-        if not np.allclose(found, light_height, rtol=1e-5, atol=1e-5 * d1):
+        few = 8.0 * float(np.finfo(found.dtype).eps)
+        if not np.allclose(found, light_height, rtol=few, atol=1e-5 * d1):
             raise ValueError(
                 f"Argument `light_height` must be that of the light, {found[0]:g} to {found[1]:g}, "
                 f"but is {light_height}."

@@ -21,10 +21,10 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from firstorder._argument_checks import (
-    check_below,
     check_between,
     check_broadcast,
     check_count,
+    check_inside,
     check_not_negative,
     check_positive,
     check_shape,
@@ -55,7 +55,7 @@ def rays_per_pixel(
 
     Raises:
         ValueError: if `d1`, `pixel`, `Omega_y` or a depth of blockers that are there is not
-            positive, `half` is negative, `margin` is not from 0 to below 1, or shapes do not fit.
+            positive, `half` is negative, `margin` is not between 0 and 1, or shapes do not fit.
 
     Reference: E11 App. B, eqs. 17-18 (the latter corrected, see `rates`).
 
@@ -76,8 +76,7 @@ def rays_per_pixel(
     check_shape("far", far, near.shape)
     if near.ndim:
         check_broadcast("d1", d1, near.shape)
-    check_not_negative("margin", margin)
-    check_below("margin", margin, 1.0)
+    check_inside("margin", margin, 0.0, 1.0)
     some = np.isfinite(near)
     check_positive("near", np.where(np.isposinf(near), 1.0, near))
     check_positive("far", np.where(some, far, 1.0))

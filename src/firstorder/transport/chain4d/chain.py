@@ -11,7 +11,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from firstorder._argument_checks import check_positive, check_shape
+from firstorder._argument_checks import check_positive, check_shape, is_concrete
 from firstorder._display import Module
 from firstorder.conventions import SPACE, SPACE_SLOPE
 from firstorder.fields.kernel import GaussianProfile
@@ -59,11 +59,11 @@ class GlossyPatch(Module):
         roll: by which the axes across the incoming ray must turn about it to have their first one
             in the plane of incidence.
         cosine: whether light is weighed by the cosine of incidence.
-        albedo: integral of the lobe.
+        albedo: integral of the lobe; 1 for a mirror.
 
     Raises:
-        ValueError: if S is no 2 x 2 matrix, a central ray does not run above the surface or the
-            lobe's width is not positive.
+        ValueError: if S is no 2 x 2 matrix, a central ray does not run above the surface, the
+            lobe's width is not positive, or a mirror's albedo is not 1.
 
     Reference: D05 §5.2 and eq. 19.
 
@@ -93,6 +93,8 @@ class GlossyPatch(Module):
         _check_above("theta1", self.leaving)
         if self.sigma is not None:
             check_positive("sigma", self.sigma)
+        elif is_concrete(self.albedo) and self.albedo != 1.0:
+            raise ValueError(f"Argument `albedo` of a mirror must be 1, but is {self.albedo}.")
 
     @property
     def leaving(self) -> Scalar:

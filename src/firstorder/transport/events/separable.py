@@ -76,7 +76,9 @@ class Angular(Field):
         a = self.frame.axis(self.axis)
         half = 0.5 * window.extent[a]
         ends = jnp.asarray(window.center[a] - half), jnp.asarray(window.center[a] + half)
-        turns = (-2.0 * np.pi, 0.0, 2.0 * np.pi) if self.periodic else (0.0,)
+        middle, reach = window.center[a] / (2.0 * np.pi), half / (2.0 * np.pi) + 0.5
+        periods = np.arange(np.floor(middle - reach), np.ceil(middle + reach) + 1.0)
+        turns = 2.0 * np.pi * periods if self.periodic else (0.0,)
         breaks = [jnp.asarray(b) + turn for b, _ in self.breaks() for turn in turns]
         # A harmonic of order k has k waves on the window, and two nodes resolve a wave.
         t, w = composite_gauss_legendre(*ends, breaks, 24 + 2 * window.size[a])

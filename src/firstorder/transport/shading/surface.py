@@ -238,6 +238,7 @@ class ReflectedField(Field):
 
     def entries(self, x: Scalar, theta: Scalar) -> Entries:
         """The jet as six numbers."""
+        x, theta = as_float(x), as_float(theta)
         n = self.surface.normal_at(x)
         parts = (part for r in self.surface.reflectance for part in _parts(r))
         first, *rest = (self._entries(r, n, x, theta) for r in parts)
@@ -262,7 +263,7 @@ class ReflectedField(Field):
         Raises:
             Refused: for light with edges, unless all lobes are without cosine.
         """
-        x, theta = jnp.broadcast_arrays(*map(jnp.asarray, (x, theta)))
+        x, theta = jnp.broadcast_arrays(*map(as_float, (x, theta)))
         many = jax.vmap(self._terms)(x.ravel(), theta.ravel())
         return jax.tree.map(lambda a: a.reshape(x.shape), many)
 
@@ -274,7 +275,8 @@ class ReflectedField(Field):
             theta: outgoing directions, likewise.
             block: rays at a time.
         """
-        return in_batches(lambda a: self.entries(*a), (x, theta), block)
+        rays = as_float(x), as_float(theta)
+        return in_batches(lambda a: self.entries(*a), rays, block)
 
     # --- one lobe or BRDF -------------------------------------------------------------------
 
