@@ -44,7 +44,9 @@ def gathered_light(
     Of its derivative, what the lobe's motion adds is gathered along the same rays, and what moving
     edges add is `boundary_gradient`: exact, where differentiating rays would give nothing.
 
-    Wrong for second derivatives: only the first one has its boundary term.
+    Wrong for second derivatives: only the first one has its boundary term. Wrong for derivatives of
+    lobes broader than a cosine, which lack what passes the horizon of the lobe itself: under a
+    uniform sky 1.5 % of all at e = 1, 14 % at 0.3, 46 % at 0.1.
 
     Args:
         scene: light that is emitted counts, the same over each side of a shape.
@@ -109,8 +111,9 @@ def exact_radiance(
     rays knows no change of what shines or hides. Where nothing is glossy and the sky is a number,
     differentiable twice, in everything.
 
-    Valid when: what is emitted is the same over each side of a shape. Light reflected elsewhere
-    does not arrive here: `space.bounces.pathtrace` follows it.
+    Valid when: what is emitted is the same over each side of a shape; exponents of lobes are 1 or
+    more, for derivatives. Light reflected elsewhere does not arrive here: `space.bounces.pathtrace`
+    follows it.
 
     Args:
         scene: shapes, materials, sky.

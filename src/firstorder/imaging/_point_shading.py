@@ -76,7 +76,7 @@ def shade_point(
         at: the point, its lobes, the camera's ray.
         lamps: the light.
         shadows: for each lamp which nodes are seen, and where the others are hidden, as
-            `_shadow_rays` gives it; None if nothing is hidden, by the surface itself neither. Else
+            `_shadow_rays` gives it; None if nothing is hidden, not even by the surface itself. Else
             what is below the surface on which the point lies is hidden by it, whatever is given
             here and wherever the shading normal leans; that this horizon turns where the surface
             curves is not in the gradient.

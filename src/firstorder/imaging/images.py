@@ -231,6 +231,8 @@ def render(
 ) -> RenderedImage:
     """An image of a scene by direct light, with exact soft shadows and image gradients.
 
+    Valid when: exponents of glossy lobes are 1 or more, for gradients.
+
     Args:
         scene: what is seen.
         camera: the eye.
