@@ -1,6 +1,7 @@
 """Factors of one angle, and BRDFs made of them: `f(theta_i) rho(theta_o - theta_r) g(theta_o)`."""
 
 import abc
+from collections.abc import Sequence
 
 import equinox as eqx
 import jax
@@ -8,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from firstorder._argument_checks import is_concrete
 from firstorder.conventions import Frame, fourier_kernel
 from firstorder.fields._coerce import field_of
 from firstorder.fields._series import Series, axis_series
@@ -72,13 +74,14 @@ class Angular(Field):
         )
 
     def series(self, window: Grid) -> Series:
-        """Fourier coefficients by Gauss-Legendre quadrature that splits at the breaks."""
+        """Fourier coefficients by Gauss-Legendre quadrature that splits at the breaks.
+
+        Of a traced window of more than a turn the outermost breaks are not split at.
+        """
         a = self.frame.axis(self.axis)
         half = 0.5 * window.extent[a]
         ends = jnp.asarray(window.center[a] - half), jnp.asarray(window.center[a] + half)
-        middle, reach = window.center[a] / (2.0 * np.pi), half / (2.0 * np.pi) + 0.5
-        periods = np.arange(np.floor(middle - reach), np.ceil(middle + reach) + 1.0)
-        turns = 2.0 * np.pi * periods if self.periodic else (0.0,)
+        turns = _turns(window.center[a], half) if self.periodic else (0.0,)
         breaks = [jnp.asarray(b) + turn for b, _ in self.breaks() for turn in turns]
         # A harmonic of order k has k waves on the window, and two nodes resolve a wave.
         t, w = composite_gauss_legendre(*ends, breaks, 24 + 2 * window.size[a])
@@ -90,6 +93,14 @@ class Angular(Field):
             )
 
         return axis_series(coefficients, jnp.eye(self.frame.dims)[a], window, a)
+
+
+def _turns(center: float | Scalar, half: float | Scalar) -> Sequence | np.ndarray:
+    """Whole turns by which angles around zero may come into a window [rad]."""
+    middle, reach = center / (2.0 * np.pi), half / (2.0 * np.pi) + 0.5
+    if not is_concrete((middle, reach)):
+        return [2.0 * np.pi * (jnp.round(middle) + k) for k in (-1, 0, 1)]
+    return 2.0 * np.pi * np.arange(np.floor(middle - reach), np.ceil(middle + reach) + 1.0)
 
 
 class _HalfTurn(Angular):
