@@ -239,7 +239,10 @@ class LightField(Field):
         return jax.tree.map(lambda leaf: jnp.mean(leaf, 0), jax.vmap(one)(numbers, turns))
 
     def edges(self) -> tuple[Edge, ...]:
-        """Every silhouette, crossing and break of the environment; hidden ones jump by zero."""
+        """Every silhouette, crossing and break of the environment; hidden ones jump by zero.
+
+        The common end of two segments is an edge of each of them, with the same jump.
+        """
         from firstorder.flatland.light_fields._edges import edges
 
         return edges(self)
