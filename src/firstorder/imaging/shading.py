@@ -38,7 +38,7 @@ from firstorder.imaging.sky_lights import CosineSkyLight
 from firstorder.imaging.surface_maps import SurfaceMaps
 from firstorder.numerics._vectors import dot, unit
 from firstorder.scene._bands import bands_of, by_band
-from firstorder.scene._intersect import rounding, tie
+from firstorder.scene._intersect import end_slack
 from firstorder.space.intersect import nearest
 from firstorder.space.scene import Scene
 
@@ -62,8 +62,7 @@ def _shadow_rays(
     way, _ = lamp.toward(x)
     far = jnp.sqrt(dot(way, way))
     hits = nearest(scene, jnp.broadcast_to(x, way.shape), unit(way), on)
-    # What is in one place with a lamp, such as the wall on which it is drawn, does not hide it.
-    return node_occlusion(hits.t, far, lamp.near, far * tie(far.dtype) + rounding(x))
+    return node_occlusion(hits.t, far, lamp.near, end_slack(x, far))
 
 
 def _shade_pixel(

@@ -343,7 +343,7 @@ def _run(function, driver, ends, initial: int, budget: int, sizes, widest: int):
     The even samples of the beginning go through the same loop: `function` is compiled once.
     """
     pieces = ends.size - 1
-    grid, inner, hair = _even(ends, initial)
+    grid, inner, rounding = _even(ends, initial)
     count, cells = grid.size, budget - pieces
     slots = jnp.arange(widest, dtype=sizes.dtype)
 
@@ -351,8 +351,7 @@ def _run(function, driver, ends, initial: int, budget: int, sizes, widest: int):
         length = x[b] - x[a]
         w = jax.vmap(driver)(LineCell(length, data[a], data[b]))
         last = jnp.finfo(data.dtype).min  # below all that a driver says, above what is no cell
-        wide = length > 0.0625 * hair  # four roundings of the ends
-        return jnp.where(jnp.isfinite(w) & wide, w, last)
+        return jnp.where(jnp.isfinite(w) & (length > 4.0 * rounding), w, last)
 
     def known(x):
         return jax.vmap(lambda s: jnp.stack([as_float(v) for v in function(s)]))(x)
@@ -395,13 +394,13 @@ def _run(function, driver, ends, initial: int, budget: int, sizes, widest: int):
 
 
 def _even(ends, initial: int):
-    """Even places of every piece, the places at which to evaluate them, and the offset between."""
+    """Even places of every piece, the places at which to evaluate them, and how places round."""
     t = jnp.linspace(0.0, 1.0, initial, dtype=ends.dtype)
     low, high = ends[:-1, None], ends[1:, None]
     grid = (low + (high - low) * t).at[:, -1].set(ends[1:])  # the sum may miss it by a rounding
     # At a break, ask for the value on the piece's own side.
-    hair = 64.0 * float(jnp.finfo(ends.dtype).eps) * jnp.max(jnp.abs(ends))
-    near = jnp.minimum(hair, 0.25 * (high - low)[:, 0] / (initial - 1))
+    rounding = float(jnp.finfo(ends.dtype).eps) * jnp.max(jnp.abs(ends))
+    near = jnp.minimum(64.0 * rounding, 0.25 * (high - low)[:, 0] / (initial - 1))
     inner = grid.at[:, 0].add(near).at[:, -1].add(-near)
     inner = inner.at[0, 0].set(ends[0]).at[-1, -1].set(ends[-1])
-    return grid.ravel(), inner.ravel(), hair
+    return grid.ravel(), inner.ravel(), rounding

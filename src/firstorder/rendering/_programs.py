@@ -25,7 +25,7 @@ from firstorder.imaging._point_shading import OF_SHADED, ShadedPixels, shaded_pi
 from firstorder.imaging._reflection import SurfacePoint
 from firstorder.imaging.camera import Pinhole, PixelFootprint
 from firstorder.scene._bands import by_band
-from firstorder.scene._intersect import free_ways, rounding, tie
+from firstorder.scene._intersect import end_slack, free_ways
 from firstorder.space.intersect import nearest
 from firstorder.space.scene import Scene
 
@@ -181,9 +181,7 @@ def pixels(at: LookedAt, lights: Sequence[Light], hidden) -> ShadedPixels:
 def _occlusion(nodes: LightFrame, share, x):
     """Whether nodes are seen, and the depths of blockers as `shadow_edge_terms` wants them."""
     near, far = nodes.light.near, jnp.sqrt(sum(a * a for a in nodes.ways))
-    # What is in one place with a lamp, such as the wall on which it is drawn, does not hide it.
-    end = 1.0 - tie(far.dtype) - rounding(x)[:, None] / far
-    hidden = share < (end if near else jnp.inf)
+    hidden = share < (1.0 - end_slack(x[:, None], far) / far if near else jnp.inf)
     share = jnp.where(hidden, share, 0.0)
     depth = share if near else share * far
     return (~hidden).astype(share.dtype), depth

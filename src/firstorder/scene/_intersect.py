@@ -80,6 +80,11 @@ def rounding(origins: Float[Array, "*r d"]) -> Float[Array, "*r"]:
     return 8.0 * jnp.finfo(origins.dtype).eps * jnp.max(jnp.abs(origins), -1)
 
 
+def end_slack(origins: Float[Array, "*r d"], far: Float[Array, "*k"]) -> Float[Array, "*k"]:
+    """How close to the end of a way surfaces are in one place with it: a lamp and its wall."""
+    return far * tie(far.dtype) + rounding(origins)
+
+
 def highest(t: Float[Array, "m r"], rank: Int[Array, "m #r"], n: int) -> Int[Array, " r"]:
     """Number of the nearest shape, -1 for none; in the same place the one of the highest rank.
 

@@ -14,7 +14,7 @@ from jaxtyping import Array, Float, Int
 
 from firstorder._argument_checks import check_count, check_index, check_kind, check_shape
 from firstorder.numerics._batching import host_blocks
-from firstorder.scene._intersect import rounding, tie
+from firstorder.scene._intersect import end_slack
 from firstorder.shadowfield.rendering._below import where_below
 from firstorder.shadowfield.rendering.lamp import LampFrame, _receiver_rows
 from firstorder.shadowfield.rendering.ray_table import Blockers
@@ -69,8 +69,7 @@ def _between(scene: Scene, a: Array, b: Array, on: int) -> tuple[Array, Array]:
     way = b - a
     far = jnp.sqrt(jnp.sum(way**2, 1))
     along = way / far[:, None]
-    # What is in one place with the lamp, such as the wall on which it is drawn, does not count.
-    step = far * tie(far.dtype) + rounding(jnp.maximum(jnp.abs(a), jnp.abs(b)))
+    step = end_slack(jnp.maximum(jnp.abs(a), jnp.abs(b)), far)
     last = nearest(scene, a, along, on).t
     first = step + nearest(scene, b - step[:, None] * along, -along).t
     hidden = (last < far - step) & (first < far)
